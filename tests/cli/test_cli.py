@@ -13,7 +13,7 @@ from bad.good import BEAM, HINGE
 
 import modalprep as mp
 from modalprep.cli import main
-from modalprep.cli.commands import app
+from modalprep.cli.commands import _command, app
 from modalprep.examples import uniform_beam
 from modalprep.report.pictures.animation import animate_mode
 
@@ -191,6 +191,43 @@ def test_help_loads_no_heavy_library():
     done = subprocess.run([sys.executable, "-c", code, "--help"], check=True, capture_output=True, text=True)
     assert "modalprep.cli" in done.stdout.split()
     assert not heavy & set(done.stdout.split())
+
+
+COUNTED = """
+import atexit, gc, importlib.metadata, os
+asked, left = [], sum(stage["collections"] for stage in gc.get_stats())
+importlib.metadata.entry_points = lambda **given: asked.append(given) or ()
+class Kept:
+    def __del__(self, write=os.write):
+        write(1, b"taken apart")
+kept = Kept()
+from modalprep.cli import entry
+try:
+    entry()
+finally:
+    print("searches", len(asked), "collections", sum(stage["collections"] for stage in gc.get_stats()) - left)
+    atexit.register(print, "closed")
+"""
+
+
+@pytest.mark.parametrize(("words", "code"), [(["schema"], 0), (["simulate", "missing.toml"], 2)])
+def test_an_entry_does_nothing_but_the_command(words, code):
+    """No search for plugins, no garbage collection in a short run, no modules taken apart at its end.
+
+    What libraries have registered for the end of the process is done.
+    """
+    done = subprocess.run([sys.executable, "-c", COUNTED, *words], capture_output=True, text=True)
+    assert done.returncode == code, done.stderr
+    assert done.stdout.splitlines()[-2:] == ["searches 0 collections 0", "closed"]
+
+
+def test_a_command_makes_its_own_options_only():
+    """Those of all commands take longer to make than many a command to run."""
+    everything = set(_command("").commands)
+    assert {"run", "simulate", "import"} < everything
+    assert set(_command("simulate").commands) == {"simulate"}
+    assert set(_command("import").commands) == {"import"}
+    assert set(_command("simulat").commands) == everything  # which the message looks through
 
 
 def keys_unknown_to(schema, table, definitions, where=""):

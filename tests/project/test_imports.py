@@ -39,12 +39,14 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "terminal", "tables", "pictures", "check_tables", "schema_tables", "mac", "charts", "responses", "strength",
-        "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view", "show",
+        "terminal", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",
+        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view",
+        "show",
     ),
     "pipeline": (
-        "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
-        "schema.responses", "schema", "build", "systems", "responses", "film", "view", "run", "batch", "init",
+        "bar", "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
+        "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures", "run", "batch",
+        "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
@@ -200,11 +202,29 @@ def test_records_of_users_need_no_compiler(module):
 
 def test_systems_of_ready_bodies_need_no_meshes():
     """What `modalprep simulate` imports before it finds that a body must be built."""
-    code = "import sys, modalprep.pipeline.systems.systems; print(*sys.modules)"
+    code = "import sys, modalprep.pipeline.run, modalprep.pipeline.systems.systems; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "modalprep.multibody.integration.run" in loaded
     meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.build.compute"}
-    assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", "matplotlib", *meshes} & set(loaded)
+    later = {"matplotlib", "jinja2", "rich.progress", "modalprep.report.pictures"}  # for charts, pages and terminals
+    assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", *later, *meshes} & set(loaded)
+
+
+def test_charts_come_before_the_artists_of_matplotlib(project):
+    """`report.charts` is imported first, as it keeps matplotlib from listing the properties of its artists."""
+    for module, file in modules(project).items():
+        for node in ast.parse(file.read_text()).body:  # what is imported only to be annotated does not count
+            artists = isinstance(node, ast.ImportFrom) and node.module.startswith(("matplotlib.a", "matplotlib.f"))
+            assert not artists or module.startswith("report.charts"), f"{module} imports {node.module}"
+
+
+def test_commands_leave_out_the_properties_of_artists():
+    for cli, listed in (("modalprep.cli", 0), ("modalprep", 1)):
+        code = (
+            f"import {cli}, modalprep.report.analysis; from matplotlib.lines import Line2D; print(Line2D.set.__doc__)"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert ("markeredgecolor" in done.stdout) == listed
 
 
 def test_base_modules_know_only_each_other(graph):

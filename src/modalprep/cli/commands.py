@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import sys
 from collections.abc import Sequence
+from copy import copy
 from functools import cache
 from typing import Annotated
 
@@ -36,9 +37,15 @@ def _options(
 
 
 @cache
-def _command():
-    """Return the command line, made once in a process: making it takes longer than many a command."""
-    return typer.main.get_command(app)
+def _command(name: str):
+    """Return the command line, of one command where the name is that of one: making them all takes longer than many."""
+    only = copy(app)
+    only.registered_commands = [made for made in app.registered_commands if _name(made) == name]
+    return typer.main.get_command(only if only.registered_commands else app)
+
+
+def _name(made: typer.models.CommandInfo) -> str:
+    return made.name or made.callback.__name__.replace("_", "-")
 
 
 def perform(argv: Sequence[str]) -> int:
@@ -51,7 +58,9 @@ def perform(argv: Sequence[str]) -> int:
     from modalprep.errors import ModalprepError
 
     try:
-        return int(_command()(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0)
+        return int(
+            _command(argv[0] if argv else "")(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0
+        )
     except ModalprepError as error:
         print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code

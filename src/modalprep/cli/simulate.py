@@ -80,14 +80,16 @@ def simulate(
 def _refuse_options(animate: Path | None, colour: str | None, vtu: Path | None) -> None:
     """Refuse a film or a series that cannot be written, before the run."""
     from modalprep.errors import InputError
-    from modalprep.formats.vtu import check_series
-    from modalprep.report.pictures.animation import check_target
 
     if colour is not None and not animate:
         raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
     if vtu:
+        from modalprep.formats.vtu import check_series
+
         check_series(vtu)
     if animate:
+        from modalprep.report.pictures.animation import check_target
+
         check_target(animate)
 
 

@@ -150,7 +150,7 @@ def _bytes(value: Any) -> bytes:
         return b"".join(name.encode() + _bytes(array[name]) for name in array.dtype.names)
     if array.dtype.hasobject:
         return repr([x.decode("utf-8", "replace") if isinstance(x, bytes) else x for x in array.ravel()]).encode()
-    array = array.astype(array.dtype.newbyteorder("<"))
+    array = array.astype(array.dtype.newbyteorder("<"), copy=False)
     return f"{array.dtype.str} {array.shape}\n".encode() + array.tobytes()
 
 
@@ -205,9 +205,9 @@ def _refuse_repeated_texts(data: h5py.Dataset, name: str, size: int) -> None:
         return
     if data.ndim != 1:
         raise InputError(f"{name} is not a list of texts")
-    total = 0
-    for row in range(len(data)):
-        total += _length(data[row])
+    total, block = 0, max(1, SMALL // size)  # rows whose texts fit into memory, were each as long as the file
+    for row in range(0, len(data), block):
+        total += sum(map(_length, data[row : row + block]))
         if total > size:
             raise InputError(f"the texts of {name} are longer than the file")
 

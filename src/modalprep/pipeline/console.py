@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Protocol
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
-from rich.text import Text
 
 from modalprep.report.terminal import print_text
 
@@ -49,22 +47,9 @@ class Reporter:
         if not (self.console.is_terminal and not self.console.quiet):
             yield lambda value, begun="": None
             return
-        stages = [(stage, time.perf_counter())]
-        columns = (
-            TextColumn("  {task.description}", markup=False),
-            BarColumn(bar_width=None),
-            TextColumn(f"{{task.completed:.4g}} of {total:.4g} {unit}" if unit else "{task.percentage:3.0f}%"),
-            _StageTime(),
-        )
-        with Progress(*columns, console=self.console, transient=True, expand=True) as bar:
-            task = bar.add_task(stage, total=total, since=stages[0][1])
+        from modalprep.pipeline.bar import drawn_bar
 
-            def reach(value: float, begun: str = "") -> None:
-                bar.update(task, completed=value)
-                if begun:
-                    stages.append((begun, time.perf_counter()))
-                    bar.update(task, description=begun, since=stages[-1][1])
-
+        with drawn_bar(self.console, total, stage, unit) as (reach, stages):
             yield reach
         self.say(_taken([*stages, ("", time.perf_counter())]))
 
@@ -76,32 +61,10 @@ class Reach(Protocol):
         """Move the bar to a value, where a stage may begin."""
 
 
-class _StageTime(ProgressColumn):
-    """The time of the stage."""
-
-    def render(self, task: Task) -> Text:
-        """Return it as text."""
-        return Text(clock(time.perf_counter() - task.fields["since"]))
-
-
 def _taken(stages: list[tuple[str, float]]) -> str:
     """Return the stages with the time that each took."""
     spans = [(name, end - begin) for (name, begin), (_, end) in itertools.pairwise(stages)]
     return "  " + ", ".join(f"{name} {seconds:.1f} s".strip() for name, seconds in spans)
-
-
-def clock(seconds: float) -> str:
-    """Return a duration as text.
-
-    Examples
-    --------
-    >>> clock(7.4), clock(75), clock(3700)
-    ('7 s', '1:15 min', '1:01 h')
-    """
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    return f"{whole // 60}:{whole % 60:02d} min" if whole < 3600 else f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
 def says_compiling(job: Callable) -> Callable:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.synthesis import Synthesised
+    from modalprep.pipeline.pictures import Pictures
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
@@ -81,6 +82,7 @@ def run_pipeline(
         negative margin: see `Outcome.failures` and `Outcome.exceeded`, with which the command ends.
     """
     from modalprep.pipeline.build.build import output_folder
+    from modalprep.pipeline.pictures import pictures_beside
 
     pipeline = load_pipeline(path)
     if not pictures:
@@ -96,12 +98,19 @@ def run_pipeline(
 
         refuse_responses(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))
-    if pipeline.has_body:
-        if pipeline.output.pictures not in ("none", 0):
-            from modalprep.report.pictures.render import try_ahead
+    with pictures_beside(pipeline.output.pictures if pipeline.has_body else 0) as drawn:
+        if pipeline.has_body:
+            _body(path, pipeline, outcome, reporter, cache)
+            drawn.begin(outcome.built.body, outcome.built.file)
+            _body_charts(path, pipeline, outcome, reporter)
+        _systems(path, pipeline, output, outcome, reporter)
+        if outcome.built is not None:
+            _page(path, pipeline, outcome, reporter, drawn)
+    return outcome
 
-            try_ahead()
-        _body(path, pipeline, outcome, reporter, cache)
+
+def _systems(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+    """Do what the file asks for after its body."""
     if pipeline.sensitivities is not None:
         _sensitivities(path, pipeline, outcome, reporter)
     if pipeline.synthesis is not None:
@@ -115,18 +124,20 @@ def run_pipeline(
         _simulation(path, pipeline, output, outcome, reporter)
     if pipeline.srs or pipeline.fatigue:
         _strength(path, pipeline, outcome, reporter)
-    if outcome.built is not None:
-        _page(path, pipeline, outcome, reporter)
-    return outcome
 
 
 def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
-    from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.pipeline.build.build import build_body
+
+    outcome.built = build_body(path, outcome.folder, reporter, cache)
+
+
+def _body_charts(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    """Print, export and draw the body, and compute its responses."""
+    from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.report.charts.mass_chart import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
 
-    outcome.built = build_body(path, outcome.folder, reporter, cache)
     body = outcome.built.body
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
@@ -171,18 +182,9 @@ def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
         reporter.say(f"  note: {note}")
 
 
-def _not_drawn(error: RenderError, notes: list[str], reporter: Reporter) -> None:
-    notes.append(f"pictures not drawn: {error}")
-    reporter.say(f"  {notes[-1]}")
-
-
-def _count(wanted: str | int, modes: int) -> int:
-    """Return the number of modes to draw."""
-    return {"none": 0, "kept": modes}.get(wanted, wanted)
-
-
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.build.synthesis import strain_fractions, synthesise_pipeline
+    from modalprep.pipeline.pictures import counted, not_drawn
     from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
 
     found = outcome.synthesised = synthesise_pipeline(path, output, reporter)
@@ -190,11 +192,11 @@ def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Out
     synthesis_table(found.modes, shares, reporter.console, None if found.damping is None else found.damping.achieved)
     _tell(found.notes, outcome.notes, reporter)
     reporter.wrote(strain_plot(found.modes, shares, outcome.folder / f"{path.stem}-strain-energy.png"))
-    count = _count(pipeline.output.pictures, len(found.modes.frequency))
+    count = counted(pipeline.output.pictures, len(found.modes.frequency))
     try:
         pictures = draw_modes(found.modes, path.stem, outcome.folder, count)
     except RenderError as error:
-        _not_drawn(error, outcome.notes, reporter)
+        not_drawn(error, outcome.notes, reporter)
     else:
         reporter.files += pictures
         reporter.say(f"  wrote {len(pictures)} mode pictures {path.stem}-system-mode-*.png")
@@ -249,15 +251,16 @@ def film_run(
     if pipeline.output.film == "none":
         return
     from modalprep.pipeline.film import draw_film
+    from modalprep.pipeline.pictures import not_drawn
 
     try:
         target = folder / f"{path.stem}.{pipeline.output.film}"
         reporter.wrote(draw_film(pipeline.film, simulated.system, next(iter(simulated.runs.values())), target))
     except RenderError as error:
-        _not_drawn(error, notes, reporter)
+        not_drawn(error, notes, reporter)
 
 
-def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, drawn: Pictures) -> None:
     from modalprep.pipeline.build.described import page_inputs
     from modalprep.report.body_page.convergence import convergence_section
     from modalprep.report.body_page.section import FAILED, Verdict
@@ -265,9 +268,7 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
     from modalprep.report.page import write_page
 
     built = outcome.built
-    mesh_picture, pictures = draw_body(
-        built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes
-    )
+    mesh_picture, pictures = drawn.draw(built.body, built.file, reporter, outcome.notes)
     page, limits = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.limits
     convergence = [convergence_section(built.convergence)] if built.convergence else []
     static = of_errors({"static responses": ((), built.error.static)}, limits) if built.error else []
@@ -288,33 +289,3 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
         verdicts=[*static, *(Verdict(name="audit of the run", result=FAILED, says=why) for why in outcome.failures)],
     )
     reporter.wrote(page)
-
-
-def draw_body(
-    body, folder: Path, stem: str, wanted: str | int, reporter: Reporter, notes: list[str]
-) -> tuple[Path | None, dict[int, Path]]:
-    """Draw the mesh and mode pictures, or report in one line why not.
-
-    Returns
-    -------
-    The mesh picture, and the picture of each mode (counted from 1).
-    """
-    from modalprep.report.pictures.render import render_mesh
-    from modalprep.report.pictures.sheet import render_modes
-
-    count = _count(wanted, body.n)
-    if not count:
-        return None, {}
-    mesh_picture = folder / f"{stem}-mesh.png"
-    pictures = {mode: folder / f"{stem}-mode-{mode:02d}.png" for mode in range(1, min(count, body.n) + 1)}
-    with reporter.progress("pictures", len(pictures), unit="modes") as done:
-        try:
-            render_mesh(body, mesh_picture)
-            for mode, _ in zip(pictures, render_modes(body, pictures), strict=True):
-                done(mode)
-        except RenderError as error:
-            _not_drawn(error, notes, reporter)
-            return None, {}
-    reporter.files += [mesh_picture, *pictures.values()]
-    reporter.say(f"  wrote {len(pictures)} mode pictures {stem}-mode-*.png")
-    return mesh_picture, pictures

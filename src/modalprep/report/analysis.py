@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
@@ -15,7 +14,7 @@ from modalprep.atomic import write_columns, write_table
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report.charts import plots
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table
 

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
@@ -15,7 +13,7 @@ from modalprep.atomic import write_table
 from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
 from modalprep.report.charts import plots
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.terminal import plain_table, print_table
 
 BAND, STEP = 0.2, 0.16  # opacity of the widest band, and what each one inside adds

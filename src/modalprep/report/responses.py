@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
 from modalprep.report.tables import hertz, prefixed
 from modalprep.report.terminal import plain_table, print_table
 from modalprep.response.result import Peak, Response
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
 
 HEADS = {  # columns of `peak_rows` by the figures of a kind
     "harmonic": ("peak", "at_hz", "phase_deg"),

@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
 from modalprep.report.responses import plain_decades, print_rows
 from modalprep.report.tables import hertz

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
 from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report.charts import plots
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.pictures.sheet import render_modes
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table

@@ -110,3 +110,17 @@ def print_text(text: str | Text, console: Console) -> None:
     a sentence that goes on
     """
     console.print(Text.assemble(text), soft_wrap=not console.is_terminal, overflow="ignore", crop=False)
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as text.
+
+    Examples
+    --------
+    >>> clock(7.4), clock(75), clock(3700)
+    ('7 s', '1:15 min', '1:01 h')
+    """
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60}:{whole % 60:02d} min" if whole < 3600 else f"{whole // 3600}:{whole % 3600 // 60:02d} h"

@@ -12,8 +12,8 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from modalprep.pipeline.batch.job import DONE, Job, Record
-from modalprep.pipeline.console import Reporter, clock
-from modalprep.report.terminal import plain_table, print_table, print_text
+from modalprep.pipeline.console import Reporter
+from modalprep.report.terminal import clock, plain_table, print_table, print_text
 
 STYLE = {DONE: "green", "failed": "bold red"}
 SHOWN = 3  # jobs named beside the bar

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.modes import participation, totals
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
 from modalprep.report.responses import plain_decades
 

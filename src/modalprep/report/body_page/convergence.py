@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from modalprep.reduction.recoveries.convergence import Convergence
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, plain_axes
 from modalprep.report.tables import hertz
 

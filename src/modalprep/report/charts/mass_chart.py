@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from modalprep.reduction.table import DIRECTIONS, ModeTable
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import COLOURS, GREY, INK, plain_axes
 from modalprep.report.tables import prefixed
 

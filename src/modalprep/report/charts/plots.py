@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Axes, Figure, save_figure
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
@@ -191,7 +189,8 @@ def add_head(axes: Axes, title: str) -> None:
     one_row = len(labels) <= 3 and sum(map(len, labels)) + 8 * len(labels) <= 115
     columns = len(labels) if one_row else max(1, min(3, 115 // widest))
     rows = -(-len(labels) // columns) if len(labels) > 1 else 0
-    axes.set_title(title, loc="left", fontsize=14, fontweight="bold", color=INK, pad=8 + 16 * rows)
+    place = 1.0 if rows else None  # above a legend; else matplotlib looks for the power of ten of the ticks
+    axes.set_title(title, loc="left", fontsize=14, fontweight="bold", color=INK, pad=8 + 16 * rows, y=place)
     if rows:
         axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 1.0), ncols=columns, frameon=False, fontsize=9.5,
                     borderaxespad=0.3, columnspacing=1.6, handlelength=2.0, handletextpad=0.6)  # fmt: skip
@@ -250,7 +249,7 @@ def _axis_scale(values: Sequence[np.ndarray]) -> str:
 def plain_axes(axes: Axes, grid: str) -> None:
     """Remove the top and right spines, draw the others in grey under the curves; `grid` is x, y or both."""
     axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(GREY)
+    axes.spines[["left", "bottom"]].set(color=GREY, in_layout=False)  # their ticks stay within the labels
     axes.tick_params(color=GREY, labelcolor=INK)
     axes.grid(axis=grid, color="#e3e7eb", linewidth=0.8)
     axes.set_axisbelow(True)

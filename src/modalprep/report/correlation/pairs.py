@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.pairing import Correlation
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.charts.plots import INK
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.derivatives import Sensitivities
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.charts.plots import INK
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text

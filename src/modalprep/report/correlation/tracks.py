@@ -6,13 +6,11 @@ import itertools
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.study import Study
-from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import CURVES, INK, LINES, plain_axes
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text

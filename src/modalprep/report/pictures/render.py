@@ -70,6 +70,8 @@ def drawing_problem() -> str | None:
     """
     if problem := missing("pyvista", PICTURE):
         return problem
+    if _trusted:
+        return _import_problem()
     for window in (EGL, None):
         problem = _attempt(window)
         if not problem:
@@ -94,22 +96,38 @@ def refuse_drawing() -> None:
         raise RenderError(problem)
 
 
+def is_untried() -> bool:
+    """Whether nobody knows yet if this machine draws, where pyvista is installed."""
+    return not (_trusted or _started or drawing_problem.cache_info().currsize or missing("pyvista", PICTURE))
+
+
 def try_ahead() -> None:
     """Start the test of `drawing_problem` beside other work."""
-    if not _started and not drawing_problem.cache_info().currsize and not missing("pyvista", PICTURE):
+    if is_untried():
         with suppress(OSError):
             _started[EGL] = _start(EGL)
 
 
+def trust() -> None:
+    """Draw with EGL without a test: another process has drawn, or this one may end by it."""
+    os.environ[WINDOW] = EGL
+    _trusted.append(True)
+
+
 _started: dict[str | None, subprocess.Popen] = {}  # tests by their kind of window
+_trusted: list[bool] = []  # empty before `trust`
 
 
 def _start(window: str | None) -> subprocess.Popen:
     """Start a subprocess that draws a sphere with this kind of window."""
-    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # otherwise Mesa writes its device search to the terminal
-    environment = os.environ | ({WINDOW: window} if window else {})
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    return subprocess.Popen([sys.executable, "-c", PROBE], env=environment, text=True, **pipes)
+    return subprocess.Popen([sys.executable, "-c", PROBE], env=environment(window), text=True, **pipes)
+
+
+def environment(window: str | None) -> dict[str, str]:
+    """Return the environment of a process that draws with this kind of window."""
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # otherwise Mesa writes its device search to the terminal
+    return os.environ | ({WINDOW: window} if window else {})
 
 
 def _attempt(window: str | None) -> str:
