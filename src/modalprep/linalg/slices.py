@@ -25,7 +25,7 @@ from modalprep.linalg.pencil import Pencil
 
 AT_ONCE = 2  # slices: each has a factor and a basis
 SMALLEST = 200  # modes of a slice: fewer leave Lanczos too short a run
-BLOCK = 8  # right-hand sides at once: twice as many take a quarter less time each, but more vectors a mode
+BLOCK = 16  # right-hand sides at once: twice as many take a quarter less time each, but more vectors a mode
 VECTOR = 12.0  # operations a DOF and mode of a slice that keep one mode orthogonal
 MANY = 4  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
 OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
