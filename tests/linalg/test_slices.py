@@ -59,8 +59,8 @@ def test_a_shift_on_a_mode_is_moved(monkeypatch):
     exact = square()[2]
     tried, used, place = [], [], slices.Slices._next_shift
 
-    def onto_a_mode(self, pencil, ahead):
-        shift, factor = place(self, pencil, ahead)
+    def onto_a_mode(self, pencil, *where):
+        shift, factor = place(self, pencil, *where)
         if tried.count(self.found) < slices.AT_ONCE:
             shift = exact[factor.negative]
             factor = pencil.at(shift)
