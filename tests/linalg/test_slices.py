@@ -143,6 +143,31 @@ def test_a_body_with_rigid_motions(monkeypatch):
     np.testing.assert_allclose(w2, exact[:105], rtol=1e-10, atol=1e-12)
 
 
+class Counted:
+    """In place of a pencil: the number of modes ``w_k = k^(1/power)`` below a shift."""
+
+    def __init__(self, power):
+        self.power, self.shifts = power, []
+
+    def at(self, shift):
+        self.shifts.append(shift)
+        self.negative = int(np.ceil(np.sqrt(shift) ** self.power)) - 1
+        return self
+
+
+@pytest.mark.parametrize(("power", "factors"), [(1.0, 1), (2.0, 2)])  # of plates and membranes
+def test_a_shift_lies_amid_its_slice_in_w2(power, factors):
+    found, half, start = 100, 30, 60
+    part = slices.Slices(csr_array((1, 1)), [], 400, 60, None)
+    part.put(0, np.arange(1.0, found + 1) ** (2 / power), np.zeros((1, found)))
+    pencil = Counted(power)
+    part._next_shift(pencil, start, half)
+    w = np.arange(found + start, found + start + 2 * half + 1, 2 * half) ** (1 / power)
+    unknown = np.sqrt(np.mean(w**2)) ** power - found  # amid the ends, exactly
+    assert abs(pencil.negative - found - unknown) < slices.ASTRAY * half
+    assert len(pencil.shifts) == factors
+
+
 def test_less_memory_than_one_basis():
     """One basis has some 2 n vectors beside the n modes; slices have the modes and 4 to 6 of their own size."""
     K, M, _ = square()
