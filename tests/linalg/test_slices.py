@@ -59,8 +59,8 @@ def test_a_shift_on_a_mode_is_moved(monkeypatch):
     exact = square()[2]
     tried, used, place = [], [], slices.Slices._next_shift
 
-    def onto_a_mode(self, pencil, ahead):
-        shift, factor = place(self, pencil, ahead)
+    def onto_a_mode(self, pencil, *where):
+        shift, factor = place(self, pencil, *where)
         if tried.count(self.found) < slices.AT_ONCE:
             shift = exact[factor.negative]
             factor = pencil.at(shift)
@@ -141,6 +141,31 @@ def test_a_body_with_rigid_motions(monkeypatch):
     K, M = csr_array(block_diag([K] * copies)), csr_array(eye_array(copies * n * n))
     w2, _ = sliced_modes(K, M, 105, factorise((K + 0.01 * M).tocsr()), -0.01, 42)
     np.testing.assert_allclose(w2, exact[:105], rtol=1e-10, atol=1e-12)
+
+
+class Counted:
+    """In place of a pencil: the number of modes ``w_k = k^(1/power)`` below a shift."""
+
+    def __init__(self, power):
+        self.power, self.shifts = power, []
+
+    def at(self, shift):
+        self.shifts.append(shift)
+        self.negative = int(np.ceil(np.sqrt(shift) ** self.power)) - 1
+        return self
+
+
+@pytest.mark.parametrize(("power", "factors"), [(1.0, 1), (2.0, 2)])  # of plates and membranes
+def test_a_shift_lies_amid_its_slice_in_w2(power, factors):
+    found, half, start = 100, 30, 60
+    part = slices.Slices(csr_array((1, 1)), [], 400, 60, None)
+    part.put(0, np.arange(1.0, found + 1) ** (2 / power), np.zeros((1, found)))
+    pencil = Counted(power)
+    part._next_shift(pencil, start, half)
+    w = np.arange(found + start, found + start + 2 * half + 1, 2 * half) ** (1 / power)
+    unknown = np.sqrt(np.mean(w**2)) ** power - found  # amid the ends, exactly
+    assert abs(pencil.negative - found - unknown) < slices.ASTRAY * half
+    assert len(pencil.shifts) == factors
 
 
 def test_less_memory_than_one_basis():

@@ -19,6 +19,7 @@ DEPENDENT = 1e-10  # squared norm that is left of a new vector, over its own
 RESTARTS = 60
 MEMORY = 2e9  # bytes of the basis, where it needs so much
 ROWS = 20_000
+FAR = 1e-9  # product of a new vector with old ones from which on the next block does not rest
 CAUTION = 0.6  # of the vectors that modes still to converge would need at the rate so far
 
 
@@ -36,6 +37,8 @@ class Krylov:
     M: csr_array
     capacity: int
     size: int = 0
+    locked: int = 0  # eigenvectors, to some digits only, at the start of the basis
+    rests: bool = False  # the next block, from being made orthogonal to all
     V: np.ndarray = field(init=False)
     M_last: np.ndarray = field(init=False)  # M times the newest vectors
     M_near: np.ndarray = field(init=False)  # M times the last vectors, those to which an answer is not orthogonal
@@ -51,14 +54,15 @@ class Krylov:
         k = len(theta)
         self.V[:, :k] = phi
         self.H[np.arange(k), np.arange(k)] = theta
-        self.size, self.M_near, self.M_last = k, self.M @ self.V[:, :k], np.zeros((len(phi), 0))
+        self.size = self.locked = k
+        self.M_near, self.M_last = self.M @ self.V[:, :k], np.zeros((len(phi), 0))
 
     def append(self, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Orthonormalise W against the basis and itself and append what is new.
 
         In exact arithmetic only the last block and its own are not orthogonal to the answer to the last block (after a
         restart all are): they go first, then all of them take what round-off and the division by a small remainder
-        have brought back.
+        have brought back. That is little as long as the blocks before are orthogonal: every other block rests from it.
 
         Returns the coefficients of W on the old basis, ``(size, b)``, and on the new vectors.
         """
@@ -67,12 +71,23 @@ class Krylov:
         coefficient[near:] = inner(self.M_near, W)
         W = subtract(W, old[:, near:], coefficient[near:])
         W, MW, beta = _orthonormal(W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
-        W = subtract(W, old, inner(old, MW))
-        W, MW, gamma = _orthonormal(W, self.M, np.ones(W.shape[1]))
+        W, MW, gamma = self._cleaned(W, MW)
         self.M_near, self.M_last, new = np.hstack([self.M_last, MW]), MW, W.shape[1]
         self.V[:, m : m + new] = W
         self.size += new
         return coefficient, gamma @ beta
+
+    def _cleaned(self, W: np.ndarray, MW: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return orthonormal W, made orthogonal to the basis too or to its locked part, M W and the old by the new.
+
+        What is found at a block after one that rested has grown by the largest Ritz value over the last ones.
+        """
+        old = self.V[:, : self.locked if self.rests else self.size]
+        far = inner(old, MW)
+        self.rests = not self.rests and bool(np.all(np.abs(far) < FAR))
+        if not far.size:
+            return W, MW, np.eye(W.shape[1])
+        return _orthonormal(subtract(W, old, far), self.M, np.ones(W.shape[1]))
 
     def compress(self, S: np.ndarray, theta: np.ndarray, tail: int) -> None:
         """Keep the combinations ``V S`` with their Ritz values and the last `tail` vectors."""
@@ -85,7 +100,8 @@ class Krylov:
         self.H[np.arange(k), np.arange(k)] = theta
         self.H[k : k + tail, :k] = coupling
         self.H[:k, k : k + tail] = coupling.T
-        self.size, self.M_near = k + tail, self.M @ self.V[:, : k + tail]
+        self.size = self.locked = k + tail
+        self.M_near, self.rests = self.M @ self.V[:, : k + tail], False
 
 
 def _orthonormal(W: np.ndarray, M: csr_array, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -216,7 +216,7 @@ def unique_modes(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
     >>> bool(np.allclose(modes, np.eye(2)))
     True
     """
-    phi = phi.copy()
+    phi = phi.copy(order="K")
     groups = np.split(np.arange(len(w2)), np.flatnonzero(np.diff(w2) > REPEATED * np.abs(w2[1:])) + 1)
     for group in (g for g in groups if len(g) > 1):
         for k in range(len(group) - 1):
@@ -224,7 +224,8 @@ def unique_modes(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
             size = np.linalg.norm(phi[:, rest], axis=1)
             row = phi[np.argmax(size >= (1 - TIE) * size.max()), rest]
             phi[:, rest] = phi[:, rest] @ _turned_to(row)
-    return phi * unique_signs(phi)
+    phi *= unique_signs(phi)
+    return phi
 
 
 def _turned_to(row: np.ndarray) -> np.ndarray:
@@ -242,11 +243,12 @@ def unique_signs(phi: np.ndarray) -> np.ndarray:
     >>> unique_signs(np.array([[1.0, 1.0], [-2.0, 0.5]]))
     array([-1.,  1.])
     """
-    if phi.shape[1] == 0:
-        return np.zeros(0)
-    size = np.abs(phi)
-    first = np.argmax(size >= (1 - TIE) * size.max(axis=0), axis=0)
-    return np.where(phi[first, np.arange(phi.shape[1])] < 0, -1.0, 1.0)
+    signs = np.ones(phi.shape[1])
+    for k, column in enumerate(phi.T):  # one at a time needs no memory of the size of phi
+        size = np.abs(column)
+        if column[np.argmax(size >= (1 - TIE) * size.max())] < 0:
+            signs[k] = -1.0
+    return signs
 
 
 def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple[float, int, float]:

@@ -25,11 +25,12 @@ from modalprep.linalg.pencil import Pencil
 
 AT_ONCE = 2  # slices: each has a factor and a basis
 SMALLEST = 200  # modes of a slice: fewer leave Lanczos too short a run
-BLOCK = 8  # right-hand sides at once: twice as many take a quarter less time each, but more vectors a mode
+BLOCK = 16  # right-hand sides at once: twice as many take a quarter less time each, but more vectors a mode
 VECTOR = 12.0  # operations a DOF and mode of a slice that keep one mode orthogonal
 MANY = 4  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
 OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
+ASTRAY = 0.25  # of half a slice: a shift further from its place is set once more
 CLOSE = 1e-5  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
 TRIES = 4
@@ -122,18 +123,24 @@ class Slices:
         return True
 
     def _planned(self, half: float, first: int) -> list[Slice]:
-        """Return slices around shifts with some `half`, three times `half` and so on unknown modes below them."""
-        ahead = (half * np.arange(1, 2 * AT_ONCE, 2)).tolist()
-        places, ends = list(self.pool.map(self._next_shift, self.pencils, ahead)), []
+        """Return slices of some twice `half` unknown modes each."""
+        starts = (2 * half * np.arange(AT_ONCE)).tolist()
+        places, ends = list(self.pool.map(self._next_shift, self.pencils, starts, [half] * AT_ONCE)), []
         for (_, one), (_, next_one) in pairwise(places):
             if not OVERLAP < next_one.negative - one.negative <= CROWDED * 2 * half or next_one.negative > self.n:
                 break
             ends.append((one.negative + next_one.negative) // 2)
-        below = places[len(ends)][1].negative
-        last = below + int(np.clip(self.n - below, 0, np.ceil(half)))
+        last = self._last(places[len(ends)][1].negative, self.found + round(2 * half * (len(ends) + 1)), half)
         starts = [first, *(end - OVERLAP // 2 for end in ends)]
         ends = [*(end + OVERLAP // 2 for end in ends), last]
         return [Slice(*place, *of) for place, *of in zip(places, starts, ends, strict=False)]
+
+    def _last(self, below: int, end: int, half: float) -> int:
+        """Return the number of modes up to the end of a slice with so many below its shift, where `end` is planned."""
+        if self.n - end <= OVERLAP:
+            end = self.n
+        above = np.clip(end - below, np.ceil(half / 2), max(np.ceil(half), OVERLAP))
+        return max(below, min(below + int(above), self.n))
 
     def _modes(self, part: Slice, known: tuple | None) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the modes of a slice, None where they are not as many as must be."""
@@ -162,18 +169,24 @@ class Slices:
         self.put(first, w2, subtract(phi, before, common))
         return True
 
-    def _next_shift(self, pencil: Pencil, ahead: float) -> tuple[float, Factor]:
-        """Return a shift with some `ahead` unknown modes below it, by the density so far, and the factor there."""
+    def _next_shift(self, pencil: Pencil, start: float, half: float) -> tuple[float, Factor]:
+        """Return a shift amid a slice that begins `start` unknown modes up, and the factor there.
+
+        It is amid in w^2, so that modes at both ends converge at once. Their number is taken to grow with w as it did
+        last.
+        """
         w = np.sqrt(np.abs(self.w2[: self.found]))
-        back = min(self.size, self.found - 1)
-        step = ahead * (w[-1] - w[-1 - back]) / back
-        for _ in range(TRIES):
+        back = max(1, min(self.size // 2, self.found - 1))
+        rate = (w[-1] - w[-1 - back]) / back
+        step = np.sqrt(np.mean((w[-1] + rate * np.array([start, start + 2 * half])) ** 2)) - w[-1]
+        ahead = step / rate
+        for attempt in range(TRIES):
             shift = (w[-1] + step) ** 2
             factor = pencil.at(shift)
             unknown = factor.negative - self.found
-            if unknown <= CROWDED * ahead:
+            if unknown <= CROWDED * ahead and (attempt or abs(unknown - ahead) <= ASTRAY * half):
                 break
-            step *= ahead / unknown
+            step *= min(ahead / max(unknown, 1), 2.0)
         return shift, factor
 
     @property
