@@ -54,7 +54,7 @@ class Packed:
     @cached_property
     def softest(self) -> float:
         """1 / K of the softest mode, 0 without modes."""
-        stiffness = self.model.modal.diagonal[:, :, 0] if self.model.modal else np.zeros(0)
+        stiffness = self.model.modal.diagonal[:, 0] if self.model.modal else np.zeros(0)
         return 1 / stiffness[stiffness > 0].min() if np.any(stiffness > 0) else 0.0
 
     @cached_property
@@ -70,7 +70,7 @@ class Packed:
         """Stiffness and damping of all speeds (2, nu), those of modes; zero at joints."""
         found, kinds = np.zeros((2, self.nu)), self.model.links["kind"]
         for i, _, own in self.flexible:
-            found[:, own] = self.model.modal.diagonal[kinds[i], : own.stop - own.start].T
+            found[:, own] = self.model.modal.diagonal[kinds[i], :, : own.stop - own.start]
         return found
 
     @property
