@@ -93,6 +93,7 @@ def draw_histories(
     axes.set_ylabel(ylabel or ", ".join(channels))
     add_head(axes, title)
     plain_axes(axes, grid="both")
+    axes.spines[["left", "bottom"]].set_in_layout(False)  # the labels of their ticks reach farther
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-4, 8), useOffset=False)
 
 
@@ -249,7 +250,7 @@ def _axis_scale(values: Sequence[np.ndarray]) -> str:
 def plain_axes(axes: Axes, grid: str) -> None:
     """Remove the top and right spines, draw the others in grey under the curves; `grid` is x, y or both."""
     axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set(color=GREY, in_layout=False)  # their ticks stay within the labels
+    axes.spines[["left", "bottom"]].set_color(GREY)
     axes.tick_params(color=GREY, labelcolor=INK)
     axes.grid(axis=grid, color="#e3e7eb", linewidth=0.8)
     axes.set_axisbelow(True)
