@@ -177,7 +177,8 @@ class Pattern(Generic[Made]):
         self.block, arrays = np.zeros(size + LINE, dtype=np.uint8), {}
         for name, (kind, shape, dtype, first) in self.places.items():
             arrays[name] = np.ndarray.__new__(kind, shape, dtype, self.block, first)
-            arrays[name][...] = own[name]
+            if np.ascontiguousarray(own[name]).reshape(-1).view(np.uint8).any():  # zeros not written take no memory
+                arrays[name][...] = own[name]
         self.words = record._replace(**arrays)._words.copy()
         self.moves = np.zeros_like(self.words)
         addresses = [self.type.first[name] for name in own]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -97,11 +98,17 @@ class Integration:
             if pointer:
                 self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
-        self.start = bound(driver.begin, self.equations, self.steps, rest=(int, float, float))
-        self.advance = bound(driver.advance, self.equations, self.steps, self.watch, rest=(int, float, int))
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
         self.looked = (0, 0.0)  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
+
+    @cached_property
+    def _start(self) -> Callable[[int, float, float], int]:
+        return bound(driver.begin, self.equations, self.steps, rest=(int, float, float))
+
+    @cached_property
+    def _advance(self) -> Callable[[int, float, int], int]:
+        return bound(driver.advance, self.equations, self.steps, self.watch, rest=(int, float, int))
 
     @property
     def _t(self) -> float:
@@ -162,7 +169,7 @@ class Integration:
         while True:
             t, count = self._t, self._counted("evaluations")
             halved = self._counted("halved")
-            code = self.advance(self.choice.method, end, self._chunk())
+            code = self._advance(self.choice.method, end, self._chunk())
             found += [(int(e), float(t)) for e, t in self.watch.found[: self._counted("events")]]
             self._drain(record)
             self.raise_callback()
@@ -183,7 +190,7 @@ class Integration:
                 self._review((self._counted("evaluations") - count) / moved, record, end)
 
     def _begin(self, begin: float, end: float) -> None:
-        status = self.start(self.choice.method, begin, end)
+        status = self._start(self.choice.method, begin, end)
         self.raise_callback()
         if status != GOOD or not np.isfinite(self.steps.ydot).all():
             self._count["cause"] = status
