@@ -74,7 +74,7 @@ def test_a_shift_on_a_mode_is_moved(monkeypatch):
     monkeypatch.setattr(slices.Slices, "_next_shift", onto_a_mode)
     monkeypatch.setattr(slices, "block_lanczos", far_from_modes)
     check(by_slices(150), exact, 150)
-    assert np.abs(np.subtract.outer(used, exact)).min() > 1e-7  # modes are some 0.01 apart, `CLOSE` is 1e-5 of that
+    assert np.abs(np.subtract.outer(used, exact)).min() > 5e-6  # modes are some 0.01 apart, `CLOSE` is 1e-3 of that
 
 
 @pytest.mark.parametrize("place", [2, SIZE // 2 - 2])  # far below the overlap, and inside
