@@ -74,7 +74,7 @@ def test_a_shift_on_a_mode_is_moved(monkeypatch):
     monkeypatch.setattr(slices.Slices, "_next_shift", onto_a_mode)
     monkeypatch.setattr(slices, "block_lanczos", far_from_modes)
     check(by_slices(150), exact, 150)
-    assert np.abs(np.subtract.outer(used, exact)).min() > 1e-7  # modes are some 0.01 apart, `CLOSE` is 1e-5 of that
+    assert np.abs(np.subtract.outer(used, exact)).min() > 5e-6  # modes are some 0.01 apart, `CLOSE` is 1e-3 of that
 
 
 @pytest.mark.parametrize("place", [2, SIZE // 2 - 2])  # far below the overlap, and inside
@@ -123,7 +123,7 @@ def test_lowest_modes_takes_slices_for_many(monkeypatch):
     taken = []  # six slices are many
     monkeypatch.setattr(slices, "SMALLEST", SIZE)
     monkeypatch.setattr(modes, "sliced_modes", lambda *given: taken.append(sliced_modes(*given)) or taken[-1])
-    for n in (75, 225):
+    for n in (70, 225):
         found = lowest_modes(K, M, n)
         np.testing.assert_allclose(found.w2, exact[:n], rtol=1e-10)
         assert found.counted == "counted by the inertia of K - w^2 M"

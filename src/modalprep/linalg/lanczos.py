@@ -32,10 +32,14 @@ class Krylov:
     M : (n, n) csr
     capacity : int
         Columns that the basis may have.
+    may_rest : bool
+        Whether every other block may be orthogonal to the basis to ten digits only. Modes then have shares of each
+        other of that size, which matters to those far below others.
     """
 
     M: csr_array
     capacity: int
+    may_rest: bool = False
     size: int = 0
     locked: int = 0  # eigenvectors, to some digits only, at the start of the basis
     rests: bool = False  # the next block, from being made orthogonal to all
@@ -62,7 +66,7 @@ class Krylov:
 
         In exact arithmetic only the last block and its own are not orthogonal to the answer to the last block (after a
         restart all are): they go first, then all of them take what round-off and the division by a small remainder
-        have brought back. That is little as long as the blocks before are orthogonal: every other block rests from it.
+        have brought back. That is little as long as the blocks before are orthogonal: every other one may rest from it.
 
         Returns the coefficients of W on the old basis, ``(size, b)``, and on the new vectors.
         """
@@ -84,7 +88,7 @@ class Krylov:
         """
         old = self.V[:, : self.locked if self.rests else self.size]
         far = inner(old, MW)
-        self.rests = not self.rests and bool(np.all(np.abs(far) < FAR))
+        self.rests = self.may_rest and not self.rests and bool(np.all(np.abs(far) < FAR))
         if not far.size:
             return W, MW, np.eye(W.shape[1])
         return _orthonormal(subtract(W, old, far), self.M, np.ones(W.shape[1]))
@@ -167,7 +171,7 @@ def block_lanczos(
     block = block or int(np.clip(n // 9, 6, 16))
     w2, phi = known or (np.zeros(0), np.zeros((M.shape[0], 0)))
     capacity = min((capacity or _capacity(M.shape[0], n, block)) + len(w2), M.shape[0])
-    space = Krylov(M, capacity + block)
+    space = Krylov(M, capacity + block, may_rest=below > 0)
     space.lock(1 / (w2 - shift), phi)
     start = np.random.default_rng(len(w2)).standard_normal((M.shape[0], block))
     space.append(factor.solve(M @ start))

@@ -24,14 +24,14 @@ from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.pencil import Pencil
 
 AT_ONCE = 2  # slices: each has a factor and a basis
-SMALLEST = 200  # modes of a slice: fewer leave Lanczos too short a run
-BLOCK = 16  # right-hand sides at once: twice as many take a quarter less time each, but more vectors a mode
-VECTOR = 12.0  # operations a DOF and mode of a slice that keep one mode orthogonal
-MANY = 4  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
+SMALLEST = 320  # modes of a slice: fewer leave Lanczos too short a run, of which some 20 blocks only get it going
+BLOCK = 12  # right-hand sides at once: more take less time each, but more vectors a mode
+VECTOR = 7.0  # operations a DOF and mode of a slice that keep one mode orthogonal
+MANY = 2.5  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
 OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
 ASTRAY = 0.25  # of half a slice: a shift further from its place is set once more
-CLOSE = 1e-5  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
+CLOSE = 1e-3  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
 TRIES = 4
 BACK = 0.15  # of the way to the shift: what a next try goes less far
@@ -139,7 +139,7 @@ class Slices:
         """Return the number of modes up to the end of a slice with so many below its shift, where `end` is planned."""
         if self.n - end <= OVERLAP:
             end = self.n
-        above = np.clip(end - below, np.ceil(half / 2), max(np.ceil(half), OVERLAP))
+        above = np.clip(end - below, np.ceil(half / 2), max(np.ceil(1.5 * half), OVERLAP))
         return max(below, min(below + int(above), self.n))
 
     def _modes(self, part: Slice, known: tuple | None) -> tuple[np.ndarray, np.ndarray] | None:
