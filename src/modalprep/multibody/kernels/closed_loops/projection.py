@@ -19,8 +19,8 @@ from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 
 CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
-# Shares of the tolerance that leave round-off alone: singular positions magnify what is left, and the explicit method of
-# order 8, which brings the factor along, may be asked for as much.
+# Shares of the tolerance that leave round-off alone: near singular positions, which magnify what is left, and for the
+# explicit method of order 8, which brings the factor along and may be asked for as much.
 FINE, FINE_RATE = 1e-3, 1e-2
 SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
 NEAR = 1e-5  # a gap across which the matrix of a Newton step need not be new
