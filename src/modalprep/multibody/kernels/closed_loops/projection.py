@@ -19,9 +19,7 @@ from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 
 CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
-# Shares of the tolerance that leave round-off alone: near singular positions, which magnify what is left, and for the
-# explicit method of order 8, which brings the factor along and may be asked for as much.
-FINE, FINE_RATE = 1e-3, 1e-2
+FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off
 SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
 NEAR = 1e-5  # a gap across which the matrix of a Newton step need not be new
 FAST = 0.01  # what a Newton step with an old matrix may leave of a gap
@@ -64,11 +62,11 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
     -------
     steps : number of Newton steps, -1 when they do not reach the tolerance or the mass matrix is not positive
     """
-    last, fine = np.inf, FINE if factored or work.sine[0] <= REGULAR else 1.0
+    last = np.inf
     for k in range(most + 1):
         _measure(cons, model, trial, y, motion, t, work)
         worst = violation(work, work.phi)
-        if worst <= fine * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
+        if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
         if k == most or not np.isfinite(worst):
             return -1
@@ -153,7 +151,7 @@ def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance
         cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored
     )  # fmt: skip
     old = steps > 0 and not factored  # the factor is that of a state before the coordinates moved
-    fine, last = FINE_RATE * tolerance if factored or work.sine[0] <= REGULAR else tolerance, np.inf
+    fine, last = FINE_RATE * tolerance, np.inf
     while steps >= 0 and violation(work, work.rate) > fine and violation(work, work.rate) < SLOW * last:
         last = violation(work, work.rate)
         moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, fine, factored or old)
