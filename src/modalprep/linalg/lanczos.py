@@ -89,8 +89,6 @@ class Krylov:
         old = self.V[:, : self.locked if self.rests else self.size]
         far = inner(old, MW)
         self.rests = self.may_rest and not self.rests and bool(np.all(np.abs(far) < FAR))
-        if not far.size:
-            return W, MW, np.eye(W.shape[1])
         return _orthonormal(subtract(W, old, far), self.M, np.ones(W.shape[1]))
 
     def compress(self, S: np.ndarray, theta: np.ndarray, tail: int) -> None:
