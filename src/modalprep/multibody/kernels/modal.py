@@ -8,13 +8,11 @@ from modalprep.multibody.kernels.algebra.lanes import (
     four,
     get_lanes,
     get_lanes6,
-    numbers,
     put_lanes,
     put_lanes6,
-    sum_lanes,
 )
 from modalprep.multibody.kernels.algebra.matrices import inertia_times, less_outer, less_product
-from modalprep.multibody.kernels.algebra.rows import add8, add_heads, heads, mode6, put_rows6, rows6
+from modalprep.multibody.kernels.algebra.rows import add8, add_heads, heads, mode6, put_rows6, rows6, sums6, sums9
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
@@ -104,14 +102,10 @@ def _condense(own, Z, n):
         f, t, load = (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[LOAD] * v[INVERSE]
         M, H, J = less_outer(M, v[INVERSE], f), less_product(H, v[INVERSE], f, t), less_outer(J, v[INVERSE], t)
         P = axpy6(P, -1.0 * load, (v[0], v[1], v[2], v[3], v[4], v[5]))
-    a, b = numbers(sum_lanes(M[0], M[1], M[2], M[3])), numbers(sum_lanes(M[4], M[5], J[4], J[5]))
-    c, d = numbers(sum_lanes(J[0], J[1], J[2], J[3])), numbers(sum_lanes(P[0], P[1], P[2], P[3]))
-    e, f = numbers(sum_lanes(H[0], H[1], H[2], H[3])), numbers(sum_lanes(H[4], H[5], H[6], H[7]))
-    g = numbers(sum_lanes(P[4], P[5], H[8], z))
-    put6(own.M, add6(get6(own.M), (a[0], a[1], a[2], a[3], b[0], b[1])))
-    put9(own.H, add9(get9(own.H), (e[0], e[1], e[2], e[3], f[0], f[1], f[2], f[3], g[2])))
-    put6(own.J, add6(get6(own.J), (c[0], c[1], c[2], c[3], b[2], b[3])))
-    put6(own.force, add6(get6(own.force), (d[0], d[1], d[2], d[3], g[0], g[1])))
+    put6(own.M, add6(get6(own.M), sums6(M)))
+    put9(own.H, add9(get9(own.H), sums9(H)))
+    put6(own.J, add6(get6(own.J), sums6(J)))
+    put6(own.force, add6(get6(own.force), sums6(P)))
 
 
 @compile_inline

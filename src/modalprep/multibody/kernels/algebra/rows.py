@@ -139,6 +139,23 @@ def dots9(x, N, f, n):
 
 
 @compile_inline
+def sums6(v):
+    """Sums over the modes of six rows, as a tuple of numbers."""
+    z = four(0.0)
+    a, b = numbers(sum_lanes(v[0], v[1], v[2], v[3])), numbers(sum_lanes(v[4], v[5], z, z))
+    return a[0], a[1], a[2], a[3], b[0], b[1]
+
+
+@compile_inline
+def sums9(v):
+    """Sums over the modes of nine rows, as a tuple of numbers."""
+    z = four(0.0)
+    a, b = numbers(sum_lanes(v[0], v[1], v[2], v[3])), numbers(sum_lanes(v[4], v[5], v[6], v[7]))
+    c = numbers(sum_lanes(v[8], z, z, z))
+    return a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0]
+
+
+@compile_inline
 def heads(Z, b):
     """Eight numbers at the begin of each of four rows of Z, by component."""
     u = transposed(get_lanes(Z[b], 0), get_lanes(Z[b + 1], 0), get_lanes(Z[b + 2], 0), get_lanes(Z[b + 3], 0))

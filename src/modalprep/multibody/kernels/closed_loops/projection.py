@@ -214,9 +214,7 @@ def _as_at_start(cons, model, data, y, motion, t, work):
     for i in range(len(cons.rows)):
         if (cons.rows[i].kind == DISTANCE or cons.rows[i].kind == COUPLER) and cons.rows[i].table < 0:
             if not measured:
-                outward(model, data, y, motion)
-                world(model, data)
-                constraint_residual(cons, model, data, y, motion, t, work, False)
+                _measure(cons, model, data, y, motion, t, work)
                 measured = True
             work.value[i] += work.phi[i]
 
@@ -251,9 +249,7 @@ def _closed(cons, model, data, trial, y, motion, t, work, faces, hinge, stiff, s
         return False
     if not project_velocities(cons, model, data, y, motion, work, hinge, stiff, 0.0, False):
         return False
-    outward(model, data, y, motion)
-    world(model, data)
-    constraint_residual(cons, model, data, y, motion, t, work, False)
+    _measure(cons, model, data, y, motion, t, work)
     fastest, push = 0.0, 0.0
     for k in range(model.nx, len(y)):
         fastest = max(fastest, abs(y[k]))
