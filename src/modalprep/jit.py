@@ -131,9 +131,11 @@ class _Compilation(core.event.Listener):
 class KernelCache(core.caching.FunctionCache):
     """Numba's cache of a function, which loads compiled code without the registries that only a compiler needs."""
 
+    _impl_class = LinkedCode
+
     def __init__(self, function: Callable, stamp: str) -> None:
         super().__init__(function)
-        self._cache_file, self._impl = CompiledFiles(self._cache_file, stamp), LinkedCode(function)
+        self._cache_file = CompiledFiles(self._cache_file, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled code of a signature, None if there is none."""

@@ -113,8 +113,12 @@ def assemble(
 
 def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
     """Return the nodes of elements, and those that links or equations bring, such as the frames of couplings."""
-    linked = np.array([link.node for link in mesh.links], dtype=int)
-    return np.unique(np.concatenate([used_nodes(parts), linked, *(e.nodes for e in mesh.equations)]))
+    found = np.zeros(len(mesh.points), dtype=bool)
+    found[used_nodes(parts)] = True
+    found[[link.node for link in mesh.links]] = True
+    for equation in mesh.equations:
+        found[equation.nodes] = True
+    return np.flatnonzero(found)
 
 
 def _interface_nodes(mesh, name, spec: Interface, held: dict[str, SupportSet], parts, root: bool) -> np.ndarray:

@@ -135,10 +135,9 @@ def diagonal(lo, hi, indptr, neighbour, column, row, width, data, out):
 
 @compile_allocating
 def _find(sorted_array, lo, hi, wanted):
-    while hi - lo > 1:
-        middle = (lo + hi) // 2
-        if sorted_array[middle] <= wanted:
-            lo = middle
-        else:
-            hi = middle
+    left = hi - lo
+    while left > 1:  # without a branch that the processor could mispredict
+        half = left >> 1
+        lo += half * (sorted_array[lo + half] <= wanted)
+        left -= half
     return lo

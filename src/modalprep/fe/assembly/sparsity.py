@@ -12,6 +12,9 @@ from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatt
 from modalprep.fe.elements.kernels import in_threads
 
 
+LIGHT = 4096  # nodes of a thread, in loops that only copy numbers
+
+
 @dataclass(frozen=True, eq=False)
 class Pattern:
     """Common pattern of K, M and Kg: every pair of nodes that shares an element.
@@ -47,7 +50,7 @@ class Pattern:
         indptr = indptr.astype(np.int32 if indptr[-1] < 2**31 else np.int64)
         row = np.where(dof >= 0, indptr[dof], 0)
         indices = np.empty(indptr[-1], dtype=np.int32)
-        in_threads(column_numbers, len(dof), dof, count, graph.indptr, graph.indices, column, row, indices)
+        in_threads(column_numbers, len(dof), dof, count, graph.indptr, graph.indices, column, row, indices, least=LIGHT)
         return cls(graph, column, row, indptr, indices)
 
     def zeros(self) -> np.ndarray:
@@ -70,12 +73,12 @@ class Pattern:
 
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
-        in_threads(spread_scalar, len(self.row), scalar, self.graph.indptr, self.column, self.row, data)
+        in_threads(spread_scalar, len(self.row), scalar, self.graph.indptr, self.column, self.row, data, least=LIGHT)
 
     def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
         """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
         out, width = np.zeros(dof.shape), np.sum(dof >= 0, axis=1)
-        in_threads(diagonal, len(self.row), *self.place, width, data, out)
+        in_threads(diagonal, len(self.row), *self.place, width, data, out, least=LIGHT)
         return out[dof >= 0]
 
     def csr(self, data: np.ndarray) -> csr_array:

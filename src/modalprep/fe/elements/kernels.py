@@ -20,16 +20,21 @@ from modalprep.jit import compile_allocating
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 AT_LEAST = 256  # elements or nodes of a thread: fewer take less time than to call it
+KEPT = 31 * 2**20  # bytes
 _thread = local()
 
+# glibc gives freed memory back to the system until a program has freed an array of this size, which nobody has to
+# touch for that: the page faults of fresh memory would take up to half of the time of small assemblies.
+np.empty(KEPT, dtype=np.int8)
 
-def in_threads(kernel: Callable, span: int | range, *arrays: object) -> None:
+
+def in_threads(kernel: Callable, span: int | range, *arrays: object, least: int = AT_LEAST) -> None:
     """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL.
 
-    The threads of `ahead` run it alone.
+    The threads of `ahead` run it alone, and a single one runs what has fewer than twice `least` elements or nodes.
     """
     span = range(span) if isinstance(span, int) else span
-    slices = 1 if hasattr(_thread, "of_ahead") else min(THREADS, len(span) // AT_LEAST)
+    slices = 1 if hasattr(_thread, "of_ahead") else min(THREADS, len(span) // least)
     if slices < 2:
         kernel(span.start, span.stop, *arrays)
         return
