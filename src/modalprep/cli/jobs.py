@@ -189,6 +189,7 @@ def compile_solver(bodies: str) -> None:
     """Compile the solver for the systems of :func:`small_systems` whose bodies are "rigid" or "flexible"."""
     from modalprep.examples import small_systems
     from modalprep.jit import when_compiling
+    from modalprep.multibody.evaluation.equations_of_motion import EquationsOfMotion
     from modalprep.multibody.simulate import simulate as integrate
     from modalprep.pipeline.console import Reporter
 
@@ -196,3 +197,4 @@ def compile_solver(bodies: str) -> None:
         if name.startswith(bodies):
             with when_compiling(lambda name=name: Reporter().say(f"compiling for {name} ..."), "modalprep.multibody"):
                 integrate(system, t_end=1e-3)
+                EquationsOfMotion(system)
