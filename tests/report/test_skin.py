@@ -1,5 +1,7 @@
 """The outer surface as arrays: closed, of the right area, through mid-side nodes, as VTK finds it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from report.conftest import block_points, hexahedra, quadratic
@@ -116,6 +118,19 @@ def test_skin_agrees_with_vtk(bracket_body):
     drawn = surface.surface(bracket_body, bracket_body.points)
     assert len(skin.triangles) == drawn.n_cells
     assert area(bracket_body.points, skin.triangles) == pytest.approx(drawn.area, rel=1e-6)
+
+
+def test_outline_is_that_of_the_undeformed_body():
+    """Closed form: the twelve edges of a block; nodes that move fold the surface between any faces, as VTK finds."""
+    surface = pytest.importorskip("modalprep.report.pictures.surface")
+    points = block_points((4, 4, 4), (1.0, 2.0, 3.0))
+    block = SimpleNamespace(points=points, cells={"hexahedron": hexahedra((4, 4, 4))})
+    still = surface.outline(block, points)
+    ends = points[still.lines.reshape(-1, 3)[:, 1:]]
+    assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum() == pytest.approx(4 * (1 + 2 + 3), rel=1e-12)
+    crumpled = points + 0.2 * np.random.default_rng(0).standard_normal(points.shape)
+    np.testing.assert_array_equal(surface.outline(block, crumpled).lines, still.lines)
+    assert surface.surface(block, crumpled).extract_feature_edges(30).n_cells > 2 * still.n_cells
 
 
 def test_large_surfaces_keep_their_shape_when_simplified():

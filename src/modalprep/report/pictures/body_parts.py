@@ -40,7 +40,7 @@ def add_ghost(plotter, body: FlexibleBody) -> None:
     if skin is not None:
         style = {"color": GHOST, "lighting": False, "opacity": 1.0 if back.any() else 0.12}
         plotter.add_mesh(skin, name="ghost", **style, **QUIET)
-        _add_outline(plotter, body, skin, GHOST_EDGE, "ghost outline")
+        _add_outline(plotter, body, still, GHOST_EDGE, "ghost outline")
         rim = surface(body, body.points).extract_feature_edges(
             boundary_edges=True, feature_edges=False, non_manifold_edges=False, manifold_edges=False
         )
@@ -74,7 +74,7 @@ def add_deformed(
     beams = tubes(body, moved, radius, amount)
     if skin is not None:
         plotter.add_mesh(skin, name="skin", split_sharp_edges=True, **style)
-        _add_outline(plotter, body, skin, OUTLINE, "outline")
+        _add_outline(plotter, body, moved, OUTLINE, "outline")
         if edges:
             add_edges(plotter, body, moved)
     if beams is not None:
@@ -84,12 +84,12 @@ def add_deformed(
     plotter.reset_camera_clipping_range()
 
 
-def _add_outline(plotter, body: FlexibleBody, skin, colour: str, name: str) -> None:
-    """Add the sharp edges and the borders of a surface, just before it, so that the part hides those behind it."""
-    sharp = skin.extract_feature_edges(30)
-    if sharp.n_cells:
-        sharp.points += LIFT * body_size(body) * _towards(plotter)
-        plotter.add_mesh(sharp, name=name, color=colour, line_width=1.5, **QUIET)
+def _add_outline(plotter, body: FlexibleBody, points: np.ndarray, colour: str, name: str) -> None:
+    """Add the folds and borders of the surface, just before it, so that the part hides those behind it."""
+    from modalprep.report.pictures.surface import outline
+
+    if folds := outline(body, points + LIFT * body_size(body) * _towards(plotter)):
+        plotter.add_mesh(folds, name=name, color=colour, line_width=1.5, **QUIET)
 
 
 def add_edges(plotter, body: FlexibleBody, points: np.ndarray) -> None:

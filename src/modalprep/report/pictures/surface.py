@@ -9,6 +9,7 @@ import pyvista
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.report.pictures.skin import outer_skin
 
 LINES = {kind: cell for kind, cell in CELLS.items() if cell.dimension == 1}
 
@@ -39,6 +40,17 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
 def edges(body: FlexibleBody, points: np.ndarray) -> pyvista.PolyData:
     """Return the element edges on the surface, straight between corner nodes."""
     return _skin(_grid(body, points), 0).extract_all_edges()
+
+
+def outline(body: FlexibleBody, points: np.ndarray) -> pyvista.PolyData | None:
+    """Return the borders and sharp folds of the undeformed surface at the points (n_points, 3); None without any.
+
+    A deformation that is drawn large folds a surface between any two faces.
+    """
+    ends = outer_skin(body.points, body.cells).outline
+    if not len(ends):
+        return None
+    return pyvista.PolyData(np.array(points), lines=np.column_stack([np.full(len(ends), 2), ends]).ravel())
 
 
 def _grid(body: FlexibleBody, points: np.ndarray) -> pyvista.UnstructuredGrid:
