@@ -11,7 +11,6 @@ from scipy.sparse import csr_array
 from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatter, scatter_blocks, spread_scalar
 from modalprep.fe.elements.kernels import in_threads
 
-
 LIGHT = 4096  # nodes of a thread, in loops that only copy numbers
 
 
