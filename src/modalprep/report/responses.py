@@ -13,7 +13,7 @@ from rich.text import Text
 
 from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
-from modalprep.report.tables import hertz, prefixed
+from modalprep.report.tables import hertz, margin_of_safety, prefixed
 from modalprep.report.terminal import plain_table, print_table
 from modalprep.response.result import Peak, Response
 
@@ -72,7 +72,7 @@ def peak_rows(response: Response) -> list[tuple[str, ...]]:
     rows = []
     for peak in sorted(_notable(response.worst()), key=lambda x: np.isnan(x.margin)):
         cells = [_cell(key, peak) for key in HEADS[response.kind]]
-        rows.append((peak.channel, *cells, "" if np.isnan(peak.margin) else f"{peak.margin:+.3g}"))
+        rows.append((peak.channel, *cells, margin_of_safety(peak.margin)))
     return rows
 
 

@@ -223,6 +223,17 @@ def hertz(value: float) -> str:
     return "" if np.isnan(value) else f"{value:.0f}" if 1e4 <= value < 1e7 else f"{value:.5g}"
 
 
+def margin_of_safety(value: float) -> str:
+    """Write a margin with its sign; those above 1000 only as such, an empty text for NaN.
+
+    Examples
+    --------
+    >>> margin_of_safety(-0.25), margin_of_safety(8e18)
+    ('-0.25', '> 1000')
+    """
+    return "" if np.isnan(value) else "> 1000" if value > 1000 else f"{value:+.3g}"
+
+
 ENVELOPE = ("recovery", "component", "largest", "smallest", "at", "time", "margin")  # columns of `envelope_rows`
 
 
@@ -240,10 +251,11 @@ def envelope_rows(envelopes: Sequence[Envelope]) -> list[tuple[str, ...]]:
     found = []
     for row in (row for envelope in envelopes for row in envelope.worst()):
         time = row["at_s"] if row["highest"] >= -row["lowest"] else row["lowest_at_s"]
-        margin = "" if np.isnan(row["margin"]) else f"{row['margin']:+.3g}"
         extremes = (f"{row[key]:.4g} {row['unit']}" for key in ("highest", "lowest"))
         name = f"{row['body']}.{row['recovery']}"
-        found.append((name, row["component"], *extremes, row["place"], f"{time:.4g} s", margin))
+        found.append(
+            (name, row["component"], *extremes, row["place"], f"{time:.4g} s", margin_of_safety(row["margin"]))
+        )
     return found
 
 

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from modalprep.report.body_page.section import FAILED, PASSED, UNCHECKED, Verdict
 from modalprep.report.body_page.table import Table, part
+from modalprep.report.tables import margin_of_safety
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
@@ -41,7 +42,8 @@ def of_envelopes(envelopes: Iterable[Envelope]) -> list[Verdict]:
     known = [row for row in rows if row["margin"] == row["margin"]]
     found = [
         Verdict(name=f"margin of {row['body']}.{row['recovery']} {row['component']}", anchor="recovered",
-                result=PASSED if row["margin"] >= 0 else FAILED, says=f"{row['margin']:+.3g} at {row['place']}")
+                result=PASSED if row["margin"] >= 0 else FAILED,
+                says=f"{margin_of_safety(row['margin'])} at {row['place']}")
         for row in known
     ]  # fmt: skip
     if len(known) < len(rows):
@@ -74,7 +76,7 @@ def of_response(name: str, response: Response) -> list[Verdict]:
     """Return the verdicts of the margins of a response."""
     return [
         Verdict(name=f"margin of {peak.channel} in response {name}", result=PASSED if peak.margin >= 0 else FAILED,
-                says=f"{peak.margin:+.3g}")
+                says=margin_of_safety(peak.margin))
         for peak in response.worst() if peak.margin == peak.margin
     ]  # fmt: skip
 
