@@ -21,11 +21,14 @@ from modalprep.multibody.kernels.algebra.matrices import (
     times,
     transposed_times,
 )
+from modalprep.multibody.kernels.algebra.rotations import turned
 from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
     ZERO6,
     add3,
     add6,
     add9,
+    at,
     axpy3,
     cross,
     get3,
@@ -83,28 +86,51 @@ def outward_motion(model, data, y, motion):
 @compile_inline
 def _move(model, data, y, motion, inertia):
     for i in range(len(model.links)):
-        link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
-        # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
-        frame, arm, slide, t, linear, angular, shape, scale = parent_frame(data.modal, model, data, i)
-        wF = add3(wP, t)
-        turn, offset, rate, spin, extra = joint_motion(link, motion[i], model.nx, y, frame)
-        if link.joint != REVOLUTE:
-            rate = times(turn, rate)
-            moved = axpy3(cross(wF, offset), 2.0, rate)
-            linear = add3(add3(linear, cross(angular, offset)), cross(wF, moved))
-            slide = add3(add3(slide, cross(t, offset)), rate)
-        turn_parent_shape(data.modal, model, i, shape, scale, offset)
-        w = add3(transposed_times(turn, wF), spin)
-        bias, turning = transposed_times(turn, linear), add3(transposed_times(turn, angular), cross(w, spin))
-        put9(own.rotation, turn)
-        put3(own.arm, add3(arm, offset))
-        put3(own.slide, slide)
-        put3(own.omega, w)
-        put6(own.bias, add6((bias[0], bias[1], bias[2], turning[0], turning[1], turning[2]), extra))
+        if model.links[i].joint == REVOLUTE and model.links[i].phi < 0:
+            _move_hinged(model, data, i, y)
+        else:
+            _move_any(model, data, i, y, motion[i])
         modal_coordinates(data.modal, model, i, y)
         if inertia:
-            put6(own.wrench, ZERO6)
+            put6(data.links[i].wrench, ZERO6)
             own_inertia(data.modal, model, data, i)
+
+
+@compile_inline
+def _move_hinged(model, data, i, y):
+    """Kinematics of link i with a revolute joint on a rigid body: the common case, without what vanishes in it."""
+    link, own = model.links[i], data.links[i]
+    arm, wP, rate = get3(link.arm), get3(data.links[at(link.parent)].omega), y[at(model.nx + link.u)]
+    turn = turned(get9(link.rotation), y[at(link.x)])
+    w, v = transposed_times(turn, wP), transposed_times(turn, cross(wP, cross(wP, arm)))
+    put9(own.rotation, turn)
+    put3(own.arm, arm)
+    put3(own.slide, ZERO3)
+    put3(own.omega, (w[0], w[1], w[2] + rate))
+    put6(own.bias, (v[0], v[1], v[2], w[1] * rate, -w[0] * rate, 0.0))
+
+
+@compile_inline
+def _move_any(model, data, i, y, prescribed):
+    """Kinematics of link i."""
+    link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
+    # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
+    frame, arm, slide, t, linear, angular, shape, scale = parent_frame(data.modal, model, data, i)
+    wF = add3(wP, t)
+    turn, offset, rate, spin, extra = joint_motion(link, prescribed, model.nx, y, frame)
+    if link.joint != REVOLUTE:
+        rate = times(turn, rate)
+        moved = axpy3(cross(wF, offset), 2.0, rate)
+        linear = add3(add3(linear, cross(angular, offset)), cross(wF, moved))
+        slide = add3(add3(slide, cross(t, offset)), rate)
+    turn_parent_shape(data.modal, model, i, shape, scale, offset)
+    w = add3(transposed_times(turn, wF), spin)
+    bias, turning = transposed_times(turn, linear), add3(transposed_times(turn, angular), cross(w, spin))
+    put9(own.rotation, turn)
+    put3(own.arm, add3(arm, offset))
+    put3(own.slide, slide)
+    put3(own.omega, w)
+    put6(own.bias, add6((bias[0], bias[1], bias[2], turning[0], turning[1], turning[2]), extra))
 
 
 @compile_kernel
