@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 
@@ -50,3 +52,8 @@ def sums(*each: Lanes) -> Lanes:
 def transpose(*each: Lanes) -> tuple[Lanes, ...]:
     """Return the first numbers of four lanes, then their second ones, and so on."""
     return tuple(row.view(Lanes) for row in np.transpose(each))
+
+
+def arrangement(*places: int) -> Callable[[Lanes], Lanes]:
+    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
+    return lambda v: np.append(v, 0.0)[list(places)].view(Lanes)

@@ -14,7 +14,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     dot3,
 )
 
-
 # Quarter of a turn in three parts: multiples of the first two, up to MOST / QUARTER[0], have no round-off.
 QUARTER = (float.fromhex("0x1.921fb544p+0"), float.fromhex("0x1.0b4611a6p-34"), float.fromhex("0x1.3198a2e037073p-69"))
 MOST = 1e5
@@ -35,7 +34,7 @@ def cosine_sine(angle):
     if not abs(angle) < MOST:
         return np.cos(angle), np.sin(angle)
     k = np.rint(angle * (2.0 / np.pi))
-    x = ((angle - k * QUARTER[0]) - k * QUARTER[1]) - k * QUARTER[2]
+    x = (angle - k * QUARTER[0]) - (k * QUARTER[1] + k * QUARTER[2])
     z = x * x
     c, s = 1.0 + z * _series(COSINE, z, z * z), x + x * z * _series(SINE, z, z * z)
     quarters = int(k)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -170,3 +171,16 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
         return context.make_tuple(builder, kind, [first[0], second[0], first[1], second[1]])
 
     return kind(*WIDTH * (LANES,)), build
+
+
+def arrangement(*places: int) -> Callable:
+    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
+
+    @intrinsic
+    def arranged(typing: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+            return _mixed(builder, args[0], ir.Constant(VECTOR, [0.0] * WIDTH), places)
+
+        return LANES(LANES), build
+
+    return arranged
