@@ -31,11 +31,7 @@ from modalprep.multibody.kernels.algebra.matrices import (
     times,
     transposed_times,
 )
-from modalprep.multibody.kernels.algebra.rotations import (
-    quaternion_rate,
-    quaternion_rotation,
-    turned,
-)
+from modalprep.multibody.kernels.algebra.rotations import quaternion_rate, quaternion_rotation, turned
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
@@ -59,13 +55,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     take4,
     take6,
 )
-from modalprep.multibody.kernels.data import (
-    FREE,
-    PRESCRIBED,
-    REVOLUTE,
-    SLIDING,
-    SPHERICAL,
-)
+from modalprep.multibody.kernels.data import FREE, PRESCRIBED, REVOLUTE, SLIDING, SPHERICAL
 
 
 @compile_inline
