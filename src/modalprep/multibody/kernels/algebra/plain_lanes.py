@@ -29,6 +29,11 @@ def spread(value: float) -> Lanes:
     return np.full(4, value).view(Lanes)
 
 
+def arrangement(*places: int) -> Callable[[Lanes], Lanes]:
+    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
+    return lambda v: np.append(v, 0.0)[list(places)].view(Lanes)
+
+
 def join(a: float, b: float, c: float, d: float) -> Lanes:
     """Return four numbers in one."""
     return np.array([a, b, c, d]).view(Lanes)
@@ -52,8 +57,3 @@ def sums(*each: Lanes) -> Lanes:
 def transpose(*each: Lanes) -> tuple[Lanes, ...]:
     """Return the first numbers of four lanes, then their second ones, and so on."""
     return tuple(row.view(Lanes) for row in np.transpose(each))
-
-
-def arrangement(*places: int) -> Callable[[Lanes], Lanes]:
-    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
-    return lambda v: np.append(v, 0.0)[list(places)].view(Lanes)

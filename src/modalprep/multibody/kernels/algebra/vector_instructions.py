@@ -145,6 +145,19 @@ def _mixed(builder: Any, a: Any, b: Any, places: tuple[int, ...]) -> Any:
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), list(places)))
 
 
+def arrangement(*places: int) -> Callable:
+    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
+
+    @intrinsic
+    def arranged(typing: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+            return _mixed(builder, args[0], ir.Constant(VECTOR, [0.0] * WIDTH), places)
+
+        return LANES(LANES), build
+
+    return arranged
+
+
 @intrinsic
 def sums(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     """Return the sums of four lanes."""
@@ -171,16 +184,3 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
         return context.make_tuple(builder, kind, [first[0], second[0], first[1], second[1]])
 
     return kind(*WIDTH * (LANES,)), build
-
-
-def arrangement(*places: int) -> Callable:
-    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
-
-    @intrinsic
-    def arranged(typing: Any, value: Any) -> Any:
-        def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-            return _mixed(builder, args[0], ir.Constant(VECTOR, [0.0] * WIDTH), places)
-
-        return LANES(LANES), build
-
-    return arranged
