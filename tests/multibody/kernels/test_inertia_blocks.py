@@ -10,11 +10,11 @@ from modalprep.multibody.kernels.algebra.inertia_blocks import (
     column_parts,
     less_outer_blocks,
     parts,
+    rotated,
     second_column,
     shifted,
     whole,
 )
-from modalprep.multibody.kernels.algebra.matrices import product, symmetric_product
 from modalprep.multibody.kernels.algebra.tuples import get3, get6, get9, put6, put9
 
 UPPER = np.triu_indices(3)
@@ -46,8 +46,7 @@ def _matrix(out):
 
 @compile_kernel
 def _turned(M, H, J, R, out):
-    R = get9(R)
-    _write(symmetric_product(product(R, whole(blocks(get6(M), get9(H), get6(J)))), R), out)
+    _write(rotated(get9(R), blocks(get6(M), get9(H), get6(J))), out)
 
 
 def test_turned_axes(inertia):

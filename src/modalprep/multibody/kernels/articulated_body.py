@@ -14,12 +14,10 @@ from __future__ import annotations
 from functools import partial
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, shifted, whole
+from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, rotated, shifted
 from modalprep.multibody.kernels.algebra.lanes import get_lanes6, put_lanes6
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
-    product,
-    symmetric_product,
     times,
     transposed_times,
 )
@@ -186,8 +184,8 @@ def _through_several(link, own, M, H, J, P, tau, more):
     turn = get9(own.rotation)
     M, H, J, P = through_joint(link, own, M, H, J, P, tau, more)
     P = add6(P, inertia_times(M, H, J, get6(own.bias)))
-    B = symmetric_product(product(turn, whole(blocks(M, H, J))), turn)
-    return B, times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
+    f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
+    return rotated(turn, blocks(M, H, J)), f, t
 
 
 @compile_inline

@@ -17,6 +17,7 @@ from modalprep.multibody.kernels.algebra.inertia_blocks import (
     column_parts,
     first_column,
     less_outer_blocks,
+    rotated,
     second_column,
     whole,
 )
@@ -185,7 +186,7 @@ def through_axis(link, own, g, v, B, P, tau):
     turn, P = get9(own.rotation), add6(P, blocks_times(B, get6(own.bias)))
     e, (f, t) = g * (tau[at(link.u)] - along_axis(link, P)), column_parts(v)
     f, t = axpy3(times(turn, (P[0], P[1], P[2])), e, f), axpy3(times(turn, (P[3], P[4], P[5])), e, t)
-    return less_outer_blocks(symmetric_product(product(turn, whole(B)), turn), g, v), f, t
+    return less_outer_blocks(rotated(turn, B), g, v), f, t
 
 
 @compile_inline

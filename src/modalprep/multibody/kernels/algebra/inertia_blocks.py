@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import instructions, lanes, numbers
-from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.matrices import product, symmetric_product, times
 from modalprep.multibody.kernels.algebra.tuples import add3, cross, put6, put9, sub3
 
 flipped = instructions.arrangement(0, 2, 1, 3)  # the transposed block
@@ -49,6 +49,12 @@ def put_parts(own, B):
 def whole(B):
     """Return the nine blocks of an inertia."""
     return B[0], B[1], B[2], flipped(B[1]), B[3], B[4], flipped(B[2]), flipped(B[4]), B[5]
+
+
+@compile_inline
+def rotated(R, B):
+    """Return an inertia in axes turned by R."""
+    return symmetric_product(product(R, whole(B)), R)
 
 
 @compile_inline
