@@ -12,11 +12,8 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.algebra.matrices import (  # fmt: skip
-    rotated_inertia,
-    shifted,
-    times,
-)
+from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, rotated, shifted
+from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
@@ -71,9 +68,10 @@ def _compose(model, data):
     for i in range(len(model.links) - 1, 0, -1):
         own, parent = data.links[i], data.links[model.links[i].parent]
         arm = get3(own.arm)
-        M, H, J = rotated_inertia(get9(own.rotation), get6(own.M), get9(own.H), get6(own.J))
+        B = rotated(get9(own.rotation), blocks(get6(own.M), get9(own.H), get6(own.J)))
+        M, H, J = parts(B)
         add_to_modes(data.modal, model, i, M, H, J, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), arm)
-        H, J = shifted(M, H, J, arm)
+        M, H, J = parts(shifted(B, arm))
         put6(parent.M, add6(get6(parent.M), M))
         put9(parent.H, add9(get9(parent.H), H))
         put6(parent.J, add6(get6(parent.J), J))

@@ -56,10 +56,10 @@ def compile_allocating(function: Callable) -> Callable:
     return compile_kernel(function, _nrt=True)
 
 
-def compile_inline(function: Callable) -> Callable:
+def compile_inline(function: Callable, **options: Any) -> Callable:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
     _stamp(function)
-    return njit(no_cpython_wrapper=True, **(OPTIONS | {"forceinline": True}))(function)
+    return njit(no_cpython_wrapper=True, **(OPTIONS | {"forceinline": True} | options))(function)
 
 
 NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}

@@ -10,6 +10,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lanes,
     get_lanes3,
     get_lanes6,
+    instructions,
     numbers,
     put_lane6,
     put_lanes,
@@ -61,6 +62,20 @@ def test_sums_and_transposes():
     a, out = np.arange(16.0).reshape(4, 4) ** 2, np.empty(24)
     _rows_and_columns(a.ravel(), out)
     np.testing.assert_array_equal(out.reshape(6, 4), [a.sum(axis=1), *a.T, a[1][::-1]])  # whole numbers
+
+
+swap_and_clear = instructions.arrangement(1, 0, 4, 2)
+
+
+@compile_kernel
+def _arrange(a, out):
+    put_lanes(out, 0, swap_and_clear(get_lanes(a, 0)))
+
+
+def test_arrangements():
+    out = np.full(4, np.nan)
+    _arrange(np.array([3.0, 5.0, 7.0, 11.0]), out)
+    assert out.tolist() == [5.0, 3.0, 0.0, 7.0]
 
 
 @compile_kernel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
 from modalprep.suggest import refuse_other
+
+FEW = 32  # speeds: `update` takes a few microseconds
 
 
 @by_address
@@ -42,6 +45,12 @@ def update(call):
     push_modes(eq.data.modal, eq.model, call.tau)
     if respond(eq, t, call.y, call.ydot) >= 0 or not 0.0 <= t <= call.t_end:
         call.ydot[:] = np.nan
+
+
+@partial(compile_kernel, nogil=False)
+def update_at_once(call):
+    """Do as `update` while other threads of Python wait: to let them run takes as long as two links."""
+    update(call)
 
 
 class EquationsOfMotion:
@@ -73,7 +82,7 @@ class EquationsOfMotion:
         Derivative of y, its last nu numbers the accelerations. NaN where the mass matrix is not positive or the time
         is not between 0 and `t_end`.
     update : callable
-        Without arguments: writes `ydot`.
+        Without arguments: writes `ydot`. Other threads of Python run meanwhile, where there are more than 32 speeds.
 
     Raises
     ------
@@ -116,7 +125,8 @@ class EquationsOfMotion:
             self.y = loading.loops.assemble(data, self.y, loading.prescribe(0.0, data))
         self.ydot = np.zeros(packed.nx + packed.nu)
         equations = build_equations(packed, loading, data)
-        self.update = bound(update, Call(equations, self.time, self.y, self.tau, self.ydot, float(t_end)))
+        call = Call(equations, self.time, self.y, self.tau, self.ydot, float(t_end))
+        self.update = bound(update_at_once if packed.nu <= FEW else update, call)
 
     def __call__(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the derivative of a state.

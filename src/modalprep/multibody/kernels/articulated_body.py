@@ -11,21 +11,23 @@ Spatial vectors are (linear, angular), in the link's frame; accelerations are th
 
 from __future__ import annotations
 
+from functools import partial
+
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, rotated, shifted
+from modalprep.multibody.kernels.algebra.lanes import get_lanes6, put_lanes6
 from modalprep.multibody.kernels.algebra.matrices import (
-    hinged_times,
     inertia_times,
-    rotated_hinged,
-    rotated_inertia,
-    shifted,
     times,
     transposed_times,
 )
+from modalprep.multibody.kernels.algebra.rotations import turned
 from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
     ZERO6,
     add3,
     add6,
-    add9,
+    at,
     axpy3,
     cross,
     get3,
@@ -37,14 +39,17 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put_angular,
     sub6,
 )
-from modalprep.multibody.kernels.data import REVOLUTE
+from modalprep.multibody.kernels.data import REVOLUTE, SLIDING
 from modalprep.multibody.kernels.joints import (
     along_joint,
+    axis_column,
+    axis_inertia,
     factor_joint,
     joint_accelerations,
     joint_motion,
     joint_rates,
     speeds_from_bias,
+    through_axis,
     through_joint,
 )
 from modalprep.multibody.kernels.modal import (
@@ -83,28 +88,51 @@ def outward_motion(model, data, y, motion):
 @compile_inline
 def _move(model, data, y, motion, inertia):
     for i in range(len(model.links)):
-        link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
-        # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
-        frame, arm, slide, t, linear, angular, shape, scale = parent_frame(data.modal, model, data, i)
-        wF = add3(wP, t)
-        turn, offset, rate, spin, extra = joint_motion(link, motion[i], model.nx, y, frame)
-        if link.joint != REVOLUTE:
-            rate = times(turn, rate)
-            moved = axpy3(cross(wF, offset), 2.0, rate)
-            linear = add3(add3(linear, cross(angular, offset)), cross(wF, moved))
-            slide = add3(add3(slide, cross(t, offset)), rate)
-        turn_parent_shape(data.modal, model, i, shape, scale, offset)
-        w = add3(transposed_times(turn, wF), spin)
-        bias, turning = transposed_times(turn, linear), add3(transposed_times(turn, angular), cross(w, spin))
-        put9(own.rotation, turn)
-        put3(own.arm, add3(arm, offset))
-        put3(own.slide, slide)
-        put3(own.omega, w)
-        put6(own.bias, add6((bias[0], bias[1], bias[2], turning[0], turning[1], turning[2]), extra))
+        if model.links[i].joint == REVOLUTE and model.links[i].phi < 0:
+            _move_hinged(model, data, i, y)
+        else:
+            _move_any(model, data, i, y, motion[i])
         modal_coordinates(data.modal, model, i, y)
         if inertia:
-            put6(own.wrench, ZERO6)
+            put6(data.links[i].wrench, ZERO6)
             own_inertia(data.modal, model, data, i)
+
+
+@compile_inline
+def _move_hinged(model, data, i, y):
+    """Kinematics of link i with a revolute joint on a rigid body: the common case, without what vanishes in it."""
+    link, own = model.links[i], data.links[i]
+    arm, wP, rate = get3(link.arm), get3(data.links[at(link.parent)].omega), y[at(model.nx + link.u)]
+    turn = turned(get9(link.rotation), y[at(link.x)])
+    w, v = transposed_times(turn, wP), transposed_times(turn, cross(wP, cross(wP, arm)))
+    put9(own.rotation, turn)
+    put3(own.arm, arm)
+    put3(own.slide, ZERO3)
+    put3(own.omega, (w[0], w[1], w[2] + rate))
+    put6(own.bias, (v[0], v[1], v[2], w[1] * rate, -w[0] * rate, 0.0))
+
+
+@compile_inline
+def _move_any(model, data, i, y, prescribed):
+    """Kinematics of link i."""
+    link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
+    # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
+    frame, arm, slide, t, linear, angular, shape, scale = parent_frame(data.modal, model, data, i)
+    wF = add3(wP, t)
+    turn, offset, rate, spin, extra = joint_motion(link, prescribed, model.nx, y, frame)
+    if link.joint != REVOLUTE:
+        rate = times(turn, rate)
+        moved = axpy3(cross(wF, offset), 2.0, rate)
+        linear = add3(add3(linear, cross(angular, offset)), cross(wF, moved))
+        slide = add3(add3(slide, cross(t, offset)), rate)
+    turn_parent_shape(data.modal, model, i, shape, scale, offset)
+    w = add3(transposed_times(turn, wF), spin)
+    bias, turning = transposed_times(turn, linear), add3(transposed_times(turn, angular), cross(w, spin))
+    put9(own.rotation, turn)
+    put3(own.arm, add3(arm, offset))
+    put3(own.slide, slide)
+    put3(own.omega, w)
+    put6(own.bias, add6((bias[0], bias[1], bias[2], turning[0], turning[1], turning[2]), extra))
 
 
 @compile_kernel
@@ -124,30 +152,54 @@ def inward(model, data, tau, more, c1, c2):
     for i in range(ground - 1, -1, -1):
         if not eliminate_modes(data.modal, model, data, i, c1, c2):
             return i
-        link, own, parent = model.links[i], data.links[i], data.links[model.links[i].parent]
-        M, H, J, P = get6(own.M), get9(own.H), get6(own.J), sub6(get6(own.force), get6(own.wrench))
+        link, own = model.links[i], data.links[i]
+        B = blocks(get6(own.M), get9(own.H), get6(own.J))
+        if link.last_child >= 0:
+            B = add6(B, get_lanes6(own.handed))
+            put_parts(own, B)
+        P = sub6(get6(own.force), get6(own.wrench))
         put6(own.force, P)
-        if not factor_joint(link, own, M, H, J, more):
-            return i
-        if link.parent == ground:
-            continue
-        M, H, J, P = through_joint(link, own, M, H, J, P, tau, more)
-        turn, arm, b = get9(own.rotation), get3(own.arm), get6(own.bias)
-        if more is None and link.joint == REVOLUTE:  # the common case, at half the cost
-            P = add6(P, hinged_times(M, H, J, b))
-            M, H, J = rotated_hinged(turn, M, H, J)
+        if link.joint == REVOLUTE or link.joint == SLIDING:
+            d = axis_inertia(link, B, more)
+            if not d > 0.0:
+                return i
+            v = axis_column(link, own, 1.0 / d, B)
+            if link.parent == ground:
+                continue
+            B, f, t = through_axis(link, own, 1.0 / d, v, B, P, tau)
         else:
-            P = add6(P, inertia_times(M, H, J, b))
-            M, H, J = rotated_inertia(turn, M, H, J)
-        f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
-        add_to_modes(data.modal, model, i, M, H, J, (f[0], f[1], f[2], t[0], t[1], t[2]), arm)
-        H, J = shifted(M, H, J, arm)
-        t = add3(t, cross(arm, f))
-        put6(parent.M, add6(get6(parent.M), M))
-        put9(parent.H, add9(get9(parent.H), H))
-        put6(parent.J, add6(get6(parent.J), J))
-        put6(parent.force, add6(get6(parent.force), (f[0], f[1], f[2], t[0], t[1], t[2])))
+            M, H, J = parts(B)
+            if not factor_joint(link, own, M, H, J, more):
+                return i
+            if link.parent == ground:
+                continue
+            B, f, t = _through_several(link, own, M, H, J, P, tau, more)
+        _hand_on(model, data, i, B, f, t)
     return -1
+
+
+@compile_inline
+def _through_several(link, own, M, H, J, P, tau, more):
+    """Do as `through_axis` with a joint of several axes, or of none."""
+    turn = get9(own.rotation)
+    M, H, J, P = through_joint(link, own, M, H, J, P, tau, more)
+    P = add6(P, inertia_times(M, H, J, get6(own.bias)))
+    f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
+    return rotated(turn, blocks(M, H, J)), f, t
+
+
+@compile_inline
+def _hand_on(model, data, i, B, f, t):
+    """Add inertia and bias force of link i, parent link's axes, to its parent."""
+    arm, parent = get3(data.links[i].arm), data.links[at(model.links[i].parent)]
+    M, H, J = parts(B)
+    add_to_modes(data.modal, model, i, M, H, J, (f[0], f[1], f[2], t[0], t[1], t[2]), arm)
+    B = shifted(B, arm)
+    if model.links[at(model.links[i].parent)].last_child != i:
+        B = add6(B, get_lanes6(parent.handed))
+    put_lanes6(parent.handed, B)
+    t = add3(t, cross(arm, f))
+    put6(parent.force, add6(get6(parent.force), (f[0], f[1], f[2], t[0], t[1], t[2])))
 
 
 @compile_kernel
@@ -165,7 +217,8 @@ def _accelerate(model, data, tau, udot, whole):
         turn, b = get9(own.rotation), get6(own.bias)
         v = axpy3(transposed_times(turn, linear), whole, (b[0], b[1], b[2]))
         t = axpy3(transposed_times(turn, angular), whole, (b[3], b[4], b[5]))
-        v, t = joint_accelerations(model.links[i], own, v, t, tau, udot)
+        base = (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2])
+        v, t = joint_accelerations(model.links[i], own, base, v, t, tau, udot, whole)
         put3(own.acceleration, v)
         put_angular(own.acceleration, t)
         modal_accelerations(data.modal, model, data, i, udot)
@@ -248,7 +301,7 @@ def reactions(model, data, out):
         put6(out[i], add6(inertia_times(own.M, own.H, own.J, get6(own.acceleration)), get6(own.force)))
 
 
-@compile_kernel
+@partial(compile_kernel, forceinline=True)
 def accelerations(model, data, y, motion, tau, udot):
     """All accelerations ``udot (nu,)`` of a system without loads but `tau`; returns the status of `inward`."""
     outward(model, data, y, motion)

@@ -48,6 +48,7 @@ LINK = np.dtype([
     ("body", np.int64),  # in the system's order, -1 none
     ("phi", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
     ("first_interface", np.int64),  # row of `Model.interfaces`
+    ("last_child", np.int64),  # link, -1 of a tip
     ("rotation", np.float64, 9),  # joint frame at zero to the parent's link frame
     ("arm", np.float64, 3),  # interface on the parent's undeformed body, in the parent's link frame, m
     ("align", np.float64, 9),  # link frame to the body's frame
@@ -65,6 +66,7 @@ LINK_DATA = np.dtype([
     ("M", np.float64, 6),  # articulated inertia [[M, H], [H', J]]
     ("H", np.float64, 9),
     ("J", np.float64, 6),
+    ("handed", np.float64, 24),  # what children add to it, by axes (algebra/inertia_blocks.py)
     ("force", np.float64, 6),  # articulated bias force
     ("acceleration", np.float64, 6),  # of the origin, less gravity
     ("pivot", np.float64, 21),  # what the joint's elimination leaves for the accelerations

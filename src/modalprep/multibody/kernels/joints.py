@@ -12,11 +12,19 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.inertia_blocks import (
+    blocks_times,
+    column_parts,
+    first_column,
+    less_outer_blocks,
+    rotated,
+    second_column,
+    whole,
+)
+from modalprep.multibody.kernels.algebra.lanes import numbers
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     inverse_symmetric,
-    less_outer,
-    less_product,
     product,
     square,
     symmetric_product,
@@ -24,22 +32,22 @@ from modalprep.multibody.kernels.algebra.matrices import (
     times,
     transposed_times,
 )
-from modalprep.multibody.kernels.algebra.rotations import (
-    quaternion_rate,
-    quaternion_rotation,
-    turned,
-)
+from modalprep.multibody.kernels.algebra.rotations import quaternion_rate, quaternion_rotation, turned
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
     ZERO9,
     add3,
     add6,
+    at,
     axpy3,
+    combined,
     cross,
     dot3,
+    dot_in_pairs,
     get3,
     get6,
+    get9,
     put6,
     put9,
     sub6,
@@ -48,13 +56,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     take4,
     take6,
 )
-from modalprep.multibody.kernels.data import (
-    FREE,
-    PRESCRIBED,
-    REVOLUTE,
-    SLIDING,
-    SPHERICAL,
-)
+from modalprep.multibody.kernels.data import FREE, PRESCRIBED, REVOLUTE, SLIDING, SPHERICAL
 
 
 @compile_inline
@@ -149,18 +151,49 @@ def column(link, M, H, J):
 
 
 @compile_inline
+def axis_inertia(link, B, more):
+    """Return ``S' I S + more`` of a joint of one axis, B the inertia I by axes. `more` (nu,) may be None."""
+    m, h, _, d = numbers(B[5])
+    if link.joint != REVOLUTE:
+        d = link.along * (link.along * m + 2.0 * link.about * h) + link.about * link.about * d
+    return d if more is None else d + more[at(link.u)]
+
+
+@compile_inline
+def axis_column(link, own, g, B):
+    """Return ``I S`` of a joint of one axis in the parent link's axes, each axis (linear, angular) twice.
+
+    What the accelerations need of it goes to `pivot`: ``g``, ``g I S`` and ``g S' I b``; g is the inverse of
+    `axis_inertia`, B is I by axes.
+    """
+    half = product(get9(own.rotation), whole(B))
+    v = second_column(half[2]), second_column(half[5]), second_column(half[8])
+    if link.joint != REVOLUTE:
+        linear = first_column(half[2]), first_column(half[5]), first_column(half[8])
+        v = combined(link.along, linear, link.about, v)
+    f, t = column_parts(v)
+    own.pivot[0], own.pivot[7] = g, g * along_axis(link, blocks_times(B, get6(own.bias)))
+    put6(own.pivot[1:], (g * f[0], g * f[1], g * f[2], g * t[0], g * t[1], g * t[2]))
+    return v
+
+
+@compile_inline
+def through_axis(link, own, g, v, B, P, tau):
+    """Return inertia and bias force of a link with its joint of one axis eliminated, in the parent link's axes.
+
+    ``I - I S g S' I`` and ``P + I b + I S g (tau - S' (P + I b))``; B is I by axes, as the result, v of `axis_column`.
+    """
+    turn, P = get9(own.rotation), add6(P, blocks_times(B, get6(own.bias)))
+    e, (f, t) = g * (tau[at(link.u)] - along_axis(link, P)), column_parts(v)
+    f, t = axpy3(times(turn, (P[0], P[1], P[2])), e, f), axpy3(times(turn, (P[3], P[4], P[5])), e, t)
+    return less_outer_blocks(rotated(turn, B), g, v), f, t
+
+
+@compile_inline
 def factor_joint(link, own, M, H, J, more):
-    """Write the factor of ``S' I S + more`` to `pivot`; False when it is not positive. `more` (nu,) may be None."""
+    """Write the factor of ``S' I S + more`` of a joint of several axes to `pivot`; False when it is not positive."""
     joint, u = link.joint, link.u
-    if joint == REVOLUTE or joint == SLIDING:
-        f, t = column(link, M, H, J)
-        d = t[2] if joint == REVOLUTE else link.along * f[2] + link.about * t[2]
-        if more is not None:
-            d += more[u]
-        if not d > 0.0:
-            return False
-        own.pivot[0] = 1.0 / d
-    elif joint == SPHERICAL:
+    if joint == SPHERICAL:
         d = J
         if more is not None:
             d = (J[0] + more[u], J[1], J[2], J[3] + more[u + 1], J[4], J[5] + more[u + 2])
@@ -175,18 +208,12 @@ def factor_joint(link, own, M, H, J, more):
 
 @compile_inline
 def through_joint(link, own, M, H, J, P, tau, more):
-    """Return inertia and bias force of a link with its joint's speeds eliminated, after `factor_joint`.
+    """Return inertia and bias force of a link, its axes, with its joint of several axes eliminated, or of none.
 
-    ``I - I S D^-1 S' I`` and ``P + I S D^-1 (tau - S' P)`` with ``D = S' I S + more``.
+    ``I - I S D^-1 S' I`` and ``P + I S D^-1 (tau - S' P)`` with ``D = S' I S + more``, after `factor_joint`.
     """
     joint, u = link.joint, link.u
-    if joint == REVOLUTE or joint == SLIDING:
-        g = own.pivot[0]
-        f, t = column(link, M, H, J)
-        e = g * (tau[u] - along_axis(link, P))
-        M, H, J = less_outer(M, g, f), less_product(H, g, f, t), less_outer(J, g, t)
-        P = add6(P, (e * f[0], e * f[1], e * f[2], e * t[0], e * t[1], e * t[2]))
-    elif joint == SPHERICAL:
+    if joint == SPHERICAL:
         g = get6(own.pivot)
         e = symmetric_times(g, (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
         f, t = times(H, e), symmetric_times(J, e)
@@ -222,17 +249,21 @@ def speeds_from_bias(link, own, P, tau):
 
 
 @compile_inline
-def joint_accelerations(link, own, linear, angular, tau, udot):
+def joint_accelerations(link, own, base, linear, angular, tau, udot, whole):
     """Write ``udot = D^-1 (tau - S' (P + I A))`` of a joint for the acceleration A that it has without.
 
-    Returns the acceleration (linear, angular) with the joint's own.
+    Returns the acceleration (linear, angular) with the joint's own. A joint of one axis takes A from the acceleration
+    `base` of its frame on the parent, parent link's axes, which need not wait; `whole` as in `forward`.
     """
     joint, u, M, H, J, P = link.joint, link.u, own.M, own.H, own.J, own.force
     v, t = linear, angular
     if joint == REVOLUTE or joint == SLIDING:
-        f, m = column(link, M, H, J)
-        udot[u] = (tau[u] - along_axis(link, P) - (dot3(f, v) + dot3(m, t))) * own.pivot[0]
-    elif joint == SPHERICAL:
+        free = own.pivot[0] * (tau[at(u)] - along_axis(link, P)) - whole * own.pivot[7]
+        found = udot[at(u)] = free - dot_in_pairs(take6(own.pivot, 1), base)
+        if joint == REVOLUTE:
+            return v, (t[0], t[1], t[2] + found)
+        return (v[0], v[1], v[2] + link.along * found), (t[0], t[1], t[2] + link.about * found)
+    if joint == SPHERICAL:
         f = add3(transposed_times(H, v), symmetric_times(J, t))
         b = (tau[u] - P[3] - f[0], tau[u + 1] - P[4] - f[1], tau[u + 2] - P[5] - f[2])
         udot[u], udot[u + 1], udot[u + 2] = symmetric_times(own.pivot, b)

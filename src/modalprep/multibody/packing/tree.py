@@ -197,6 +197,9 @@ def _topology(system: System, links: tuple[Link, ...], motions: list[Hinge]) -> 
     rows = np.zeros(len(links), LINK)
     for name, column in zip(TOPOLOGY, zip(*found, strict=True), strict=True):
         rows[name] = column
+    rows["last_child"] = -1
+    carried = np.flatnonzero(rows["parent"] < len(rows))
+    rows["last_child"][rows["parent"][carried]] = carried
     return rows
 
 

@@ -7,10 +7,7 @@ inertia is (M 6, H 9, J 6) = [[M, H], [H^T, J]] of linear and angular motion.
 from __future__ import annotations
 
 from modalprep.jit import compile_inline
-from modalprep.multibody.kernels.algebra.tuples import (
-    add3,
-    add9,
-)
+from modalprep.multibody.kernels.algebra.tuples import add3
 
 UNIT9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -121,80 +118,6 @@ def symmetric_product(A, B):
 def square(S):
     """Return the nine numbers of a symmetric matrix."""
     return S[0], S[1], S[2], S[1], S[3], S[4], S[2], S[4], S[5]
-
-
-@compile_inline
-def outer(a, b):
-    """Return ``a b^T``."""
-    return (
-        a[0] * b[0], a[0] * b[1], a[0] * b[2], a[1] * b[0], a[1] * b[1], a[1] * b[2], a[2] * b[0], a[2] * b[1],
-        a[2] * b[2],
-    )  # fmt: skip
-
-
-@compile_inline
-def rotated_symmetric(R, S):
-    """Return ``R S R^T``."""
-    return symmetric_product(product(R, square(S)), R)
-
-
-@compile_inline
-def rotated_inertia(R, M, H, J):
-    """Spatial inertia in axes turned by R."""
-    return rotated_symmetric(R, M), product_transposed(product(R, H), R), rotated_symmetric(R, J)
-
-
-@compile_inline
-def hinged_times(M, H, J, v):
-    """`inertia_times` of an inertia that has nothing about z: H without its third column, J without row and column."""
-    a, x, y = v[:3], v[3], v[4]
-    f = symmetric_times(M, a)
-    return (
-        f[0] + H[0] * x + H[1] * y, f[1] + H[3] * x + H[4] * y, f[2] + H[6] * x + H[7] * y,
-        H[0] * a[0] + H[3] * a[1] + H[6] * a[2] + J[0] * x + J[1] * y,
-        H[1] * a[0] + H[4] * a[1] + H[7] * a[2] + J[1] * x + J[3] * y, 0.0,
-    )  # fmt: skip
-
-
-@compile_inline
-def rotated_hinged(R, M, H, J):
-    """`rotated_inertia` of an inertia that has nothing about z."""
-    a, b = times(R, (H[0], H[3], H[6])), times(R, (H[1], H[4], H[7]))
-    x, y = (R[0], R[3], R[6]), (R[1], R[4], R[7])
-    c = (x[0] * J[0] + y[0] * J[1], x[1] * J[0] + y[1] * J[1], x[2] * J[0] + y[2] * J[1])
-    d = (x[0] * J[1] + y[0] * J[3], x[1] * J[1] + y[1] * J[3], x[2] * J[1] + y[2] * J[3])
-    K = (
-        c[0] * x[0] + d[0] * y[0], c[0] * x[1] + d[0] * y[1], c[0] * x[2] + d[0] * y[2],
-        c[1] * x[1] + d[1] * y[1], c[1] * x[2] + d[1] * y[2], c[2] * x[2] + d[2] * y[2],
-    )  # fmt: skip
-    return rotated_symmetric(R, M), add9(outer(a, x), outer(b, y)), K
-
-
-@compile_inline
-def skew_columns(r, H):
-    """Return ``r~ H``."""
-    return (
-        r[1] * H[6] - r[2] * H[3], r[1] * H[7] - r[2] * H[4], r[1] * H[8] - r[2] * H[5],
-        r[2] * H[0] - r[0] * H[6], r[2] * H[1] - r[0] * H[7], r[2] * H[2] - r[0] * H[8],
-        r[0] * H[3] - r[1] * H[0], r[0] * H[4] - r[1] * H[1], r[0] * H[5] - r[1] * H[2],
-    )  # fmt: skip
-
-
-@compile_inline
-def shifted(M, H, J, r):
-    """Coupling and inertia of ``T^T I T`` with ``T = [[1, -r~], [0, 1]]``; M stays."""
-    a, b, c, d, e, f = M
-    x, y, z = r
-    K = (  # H - M r~
-        H[0] - (b * z - c * y), H[1] - (c * x - a * z), H[2] - (a * y - b * x),
-        H[3] - (d * z - e * y), H[4] - (e * x - b * z), H[5] - (b * y - d * x),
-        H[6] - (e * z - f * y), H[7] - (f * x - c * z), H[8] - (c * y - e * x),
-    )  # fmt: skip
-    A, B = skew_columns(r, K), skew_columns(r, H)
-    return K, (
-        J[0] + A[0] + B[0], J[1] + A[1] + B[3], J[2] + A[2] + B[6],
-        J[3] + A[4] + B[4], J[4] + A[5] + B[7], J[5] + A[8] + B[8],
-    )  # fmt: skip
 
 
 @compile_inline

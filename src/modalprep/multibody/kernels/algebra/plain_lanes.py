@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 
@@ -25,6 +27,11 @@ def store(a: np.ndarray, i: int, v: Lanes) -> None:
 def spread(value: float) -> Lanes:
     """Return four times the same number."""
     return np.full(4, value).view(Lanes)
+
+
+def arrangement(*places: int) -> Callable[[Lanes], Lanes]:
+    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
+    return lambda v: np.append(v, 0.0)[list(places)].view(Lanes)
 
 
 def join(a: float, b: float, c: float, d: float) -> Lanes:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
+
 import numpy as np
 
 from modalprep.jit import compile_inline
@@ -11,11 +14,39 @@ from modalprep.multibody.kernels.algebra.tuples import (
     dot3,
 )
 
+# Quarter of a turn in three parts: multiples of the first two, up to MOST / QUARTER[0], have no round-off.
+QUARTER = (float.fromhex("0x1.921fb544p+0"), float.fromhex("0x1.0b4611a6p-34"), float.fromhex("0x1.3198a2e037073p-69"))
+MOST = 1e5
+COSINE = tuple((-1) ** k / math.factorial(2 * k) for k in range(1, 9))  # Taylor's, of powers of x^2, from x^2 on
+SINE = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9))
+
+
+@compile_inline
+def _series(c, z, zz):
+    """Return the polynomial of eight coefficients in z, the square of z given: in pairs, which need not wait."""
+    low, high = (c[0] + z * c[1]) + zz * (c[2] + z * c[3]), (c[4] + z * c[5]) + zz * (c[6] + z * c[7])
+    return low + zz * zz * high
+
+
+@partial(compile_inline, fastmath={"contract"})  # sums in another order would lose the digits of QUARTER
+def cosine_sine(angle):
+    """Return cosine and sine, to round-off: series about the nearest quarter of a turn; of libm when it is far."""
+    if not abs(angle) < MOST:
+        return np.cos(angle), np.sin(angle)
+    k = np.rint(angle * (2.0 / np.pi))
+    x = (angle - k * QUARTER[0]) - (k * QUARTER[1] + k * QUARTER[2])
+    z = x * x
+    c, s = 1.0 + z * _series(COSINE, z, z * z), x + x * z * _series(SINE, z, z * z)
+    quarters = int(k)
+    if quarters & 1:
+        c, s = -s, c
+    return (-c, -s) if quarters & 2 else (c, s)
+
 
 @compile_inline
 def turned(C, angle):
     """Return ``C Rz(angle)``."""
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = cosine_sine(angle)
     return (
         C[0] * c + C[1] * s, C[1] * c - C[0] * s, C[2],
         C[3] * c + C[4] * s, C[4] * c - C[3] * s, C[5],

@@ -5,6 +5,8 @@ A spatial vector is a tuple of six numbers (linear, angular).
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from modalprep.jit import compile_inline
@@ -80,6 +82,12 @@ def copy(v, out):
 def add3(a, b):
     """Return ``a + b``."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@compile_inline
+def sub3(a, b):
+    """Return ``a - b``."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @compile_inline
@@ -190,6 +198,12 @@ def axpy9(a, f, b):
 def dot6(a, b):
     """Return ``a . b``."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+
+
+@partial(compile_inline, fastmath={"contract"})
+def dot_in_pairs(a, b):
+    """Return `dot6` for those who wait for it: in this order, the products of three pairs need not."""
+    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
 
 
 @compile_inline

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -142,6 +143,19 @@ def numbers(typing: Any, value: Any) -> Any:
 def _mixed(builder: Any, a: Any, b: Any, places: tuple[int, ...]) -> Any:
     """Return the numbers at `places` of eight: those of a, then those of b."""
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), list(places)))
+
+
+def arrangement(*places: int) -> Callable:
+    """Return the function that arranges four numbers anew: those at these places, a zero for 4."""
+
+    @intrinsic
+    def arranged(typing: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+            return _mixed(builder, args[0], ir.Constant(VECTOR, [0.0] * WIDTH), places)
+
+        return LANES(LANES), build
+
+    return arranged
 
 
 @intrinsic
