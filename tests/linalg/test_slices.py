@@ -1,6 +1,7 @@
 """Many modes slice by slice: repeated roots across the ends, shifts on modes, modes that a slice has missed."""
 
 import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -57,21 +58,21 @@ def test_equal_parts_repeat_each_root_more_often_than_slices_overlap():
 
 def test_a_shift_on_a_mode_is_moved(monkeypatch):
     exact = square()[2]
-    tried, used, place = [], [], slices.Slices._next_shift
+    tried, used, place = [], [], slices.Slices._placed
 
-    def onto_a_mode(self, pencil, *where):
-        shift, factor = place(self, pencil, *where)
-        if tried.count(self.found) < slices.AT_ONCE:
-            shift = exact[factor.negative]
-            factor = pencil.at(shift)
+    def onto_a_mode(self, half):
+        places = place(self, half)
+        if self.found not in tried:
+            places = [(exact[factor.negative], factor) for _, factor in places]
+            places = [(shift, pencil.at(shift)) for (shift, _), pencil in zip(places, self.pencils, strict=True)]
         tried.append(self.found)
-        return shift, factor
+        return places
 
     def far_from_modes(*arguments, **options):
         used.append(options["shift"])
         return block_lanczos(*arguments, **options)
 
-    monkeypatch.setattr(slices.Slices, "_next_shift", onto_a_mode)
+    monkeypatch.setattr(slices.Slices, "_placed", onto_a_mode)
     monkeypatch.setattr(slices, "block_lanczos", far_from_modes)
     check(by_slices(150), exact, 150)
     assert np.abs(np.subtract.outer(used, exact)).min() > 5e-6  # modes are some 0.01 apart, `CLOSE` is 1e-3 of that
@@ -146,8 +147,8 @@ def test_a_body_with_rigid_motions(monkeypatch):
 class Counted:
     """In place of a pencil: the number of modes ``w_k = k^(1/power)`` below a shift."""
 
-    def __init__(self, power):
-        self.power, self.shifts = power, []
+    def __init__(self, power, shifts):
+        self.power, self.shifts = power, shifts
 
     def at(self, shift):
         self.shifts.append(shift)
@@ -155,17 +156,19 @@ class Counted:
         return self
 
 
-@pytest.mark.parametrize(("power", "factors"), [(1.0, 1), (2.0, 2)])  # of plates and membranes
-def test_a_shift_lies_amid_its_slice_in_w2(power, factors):
-    found, half, start = 100, 30, 60
-    part = slices.Slices(csr_array((1, 1)), [], 400, 60, None)
-    part.put(0, np.arange(1.0, found + 1) ** (2 / power), np.zeros((1, found)))
-    pencil = Counted(power)
-    part._next_shift(pencil, start, half)
-    w = np.arange(found + start, found + start + 2 * half + 1, 2 * half) ** (1 / power)
-    unknown = np.sqrt(np.mean(w**2)) ** power - found  # amid the ends, exactly
-    assert abs(pencil.negative - found - unknown) < slices.ASTRAY * half
-    assert len(pencil.shifts) == factors
+@pytest.mark.parametrize(("power", "factors"), [(1.0, 2), (2.0, 4)])  # of plates and membranes
+def test_shifts_lie_amid_their_slices_in_w2(power, factors):
+    """Those of a plate are right at once, those of a membrane when they have been set once more."""
+    found, half, exact, shifts = 100, 30, np.arange(1.0, 401.0) ** (2 / power), []
+    with ThreadPoolExecutor(1) as pool:
+        part = slices.Slices(csr_array((1, 1)), [Counted(power, shifts) for _ in range(2)], 400, 60, pool)
+        part.put(0, exact[:found], np.zeros((1, found)))
+        first, second = part._planned(half, found)
+    assert len(shifts) == factors
+    for one, start in ((first, found), (second, first.last - slices.OVERLAP // 2)):
+        below, above = one.shift - exact[start - 1], exact[one.last - 1] - one.shift
+        assert abs(below - above) < 2 * slices.ASTRAY * below  # the number of the last mode is estimated
+    assert abs(first.last - found - 2 * half) < 2 * slices.ASTRAY * half + slices.OVERLAP / 2
 
 
 def test_less_memory_than_one_basis():

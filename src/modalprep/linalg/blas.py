@@ -66,16 +66,17 @@ def share_threads(jobs: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(min(jobs, most), initializer=library().MKL_Set_Num_Threads_Local, initargs=(share,))
 
 
-def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Return ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``, stored as A is.
+def product(A: np.ndarray, B: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+    """Return ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``, stored as A is, or in `out`.
 
     Examples
     --------
     >>> product(np.eye(2), np.array([[1.0], [2.0]])).ravel()
     array([1., 2.])
     """
-    order = "C" if A.flags.c_contiguous else "F"
-    return _multiply(1.0, A, B, 0.0, np.empty((A.shape[0], B.shape[1]), order=order))
+    if out is None:
+        out = np.empty((A.shape[0], B.shape[1]), order="C" if A.flags.c_contiguous else "F")
+    return _multiply(1.0, A, B, 0.0, out)
 
 
 def subtract(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -86,7 +87,21 @@ def subtract(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     >>> subtract(np.ones((2, 1)), np.eye(2), np.array([[1.0], [2.0]])).ravel()
     array([ 0., -1.])
     """
-    return _multiply(-1.0, A, B, 1.0, W.copy(order="K"))
+    return deduct(W.copy(order="K"), A, B)
+
+
+def deduct(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Subtract ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)`` from W itself, and return it.
+
+    Examples
+    --------
+    >>> W = np.ones((2, 1))
+    >>> deduct(W, np.eye(2), np.array([[1.0], [2.0]])) is W
+    True
+    >>> W.ravel()
+    array([ 0., -1.])
+    """
+    return _multiply(-1.0, A, B, 1.0, W)
 
 
 def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

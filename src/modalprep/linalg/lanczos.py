@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.blas import eigh, inner, product, subtract
+from modalprep.linalg.blas import deduct, eigh, inner, product
 from modalprep.linalg.factor import Factor
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
@@ -35,22 +35,25 @@ class Krylov:
     may_rest : bool
         Whether every other block may be orthogonal to the basis to ten digits only. Modes then have shares of each
         other of that size, which matters to those far below others.
+    room : (n, at least capacity) by columns
+        Memory for V, which costs time where it was never used.
     """
 
     M: csr_array
     capacity: int
     may_rest: bool = False
+    room: np.ndarray | None = None
     size: int = 0
     locked: int = 0  # eigenvectors, to some digits only, at the start of the basis
     rests: bool = False  # the next block, from being made orthogonal to all
     V: np.ndarray = field(init=False)
-    M_last: np.ndarray = field(init=False)  # M times the newest vectors
-    M_near: np.ndarray = field(init=False)  # M times the last vectors, those to which an answer is not orthogonal
+    M_near: list[np.ndarray] = field(init=False)  # M times the last vectors, to which an answer is not orthogonal
     H: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         """Reserve the arrays."""
-        self.V = np.empty((self.M.shape[0], self.capacity), order="F")
+        shape = (self.M.shape[0], self.capacity)
+        self.V = np.empty(shape, order="F") if self.room is None else self.room[:, : self.capacity]
         self.H = np.zeros((self.capacity, self.capacity))
 
     def lock(self, theta: np.ndarray, phi: np.ndarray) -> None:
@@ -59,7 +62,7 @@ class Krylov:
         self.V[:, :k] = phi
         self.H[np.arange(k), np.arange(k)] = theta
         self.size = self.locked = k
-        self.M_near, self.M_last = self.M @ self.V[:, :k], np.zeros((len(phi), 0))
+        self.M_near = [self.M @ self.V[:, :k], np.zeros((len(phi), 0))]
 
     def append(self, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Orthonormalise W against the basis and itself and append what is new.
@@ -70,44 +73,54 @@ class Krylov:
 
         Returns the coefficients of W on the old basis, ``(size, b)``, and on the new vectors.
         """
-        m, old, near = self.size, self.V[:, : self.size], self.size - self.M_near.shape[1]
+        m, last = self.size, self.size - self.M_near[1].shape[1]
         coefficient = np.zeros((m, W.shape[1]))
-        coefficient[near:] = inner(self.M_near, W)
-        W = subtract(W, old[:, near:], coefficient[near:])
+        for first, MV in zip((last - self.M_near[0].shape[1], last), self.M_near, strict=True):
+            near = slice(first, first + MV.shape[1])
+            coefficient[near] = inner(MV, W)
+        near = slice(last - self.M_near[0].shape[1], m)
+        deduct(W, self.V[:, near], coefficient[near])
         W, MW, beta = _orthonormal(W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
-        W, MW, gamma = self._cleaned(W, MW)
-        self.M_near, self.M_last, new = np.hstack([self.M_last, MW]), MW, W.shape[1]
-        self.V[:, m : m + new] = W
-        self.size += new
+        MW, gamma = self._cleaned(W, MW)
+        self.M_near, self.size = [self.M_near[1], MW], m + MW.shape[1]
         return coefficient, gamma @ beta
 
-    def _cleaned(self, W: np.ndarray, MW: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return orthonormal W, made orthogonal to the basis too or to its locked part, M W and the old by the new.
+    def _cleaned(self, W: np.ndarray, MW: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Append orthonormal W, made orthogonal to the basis too or to its locked part; return M W and the old by it.
 
         What is found at a block after one that rested has grown by the largest Ritz value over the last ones.
         """
-        old = self.V[:, : self.locked if self.rests else self.size]
+        m = self.size
+        old = self.V[:, : self.locked if self.rests else m]
         far = inner(old, MW)
         self.rests = self.may_rest and not self.rests and bool(np.all(np.abs(far) < FAR))
-        return _orthonormal(subtract(W, old, far), self.M, np.ones(W.shape[1]))
+        return _orthonormal(deduct(W, old, far), self.M, np.ones(W.shape[1]), self.V[:, m : m + W.shape[1]])[1:]
+
+    def combine(self, S: np.ndarray) -> np.ndarray:
+        """Return the combinations ``V S``, in place of the first vectors."""
+        for rows in range(0, len(self.V), ROWS):
+            part = self.V[rows : rows + ROWS]
+            part[:, : S.shape[1]] = product(part[:, : len(S)], S)
+        return self.V[:, : S.shape[1]]
 
     def compress(self, S: np.ndarray, theta: np.ndarray, tail: int) -> None:
         """Keep the combinations ``V S`` with their Ritz values and the last `tail` vectors."""
         m, k = self.size - tail, S.shape[1]
         coupling = self.H[m : self.size, :m] @ S
-        for rows in range(0, len(self.V), ROWS):
-            part = self.V[rows : rows + ROWS]
-            part[:, : k + tail] = np.hstack([part[:, :m] @ S, part[:, m : self.size]])
+        self.combine(S)
+        self.V[:, k : k + tail] = self.V[:, m : self.size]
         self.H[:] = 0.0
         self.H[np.arange(k), np.arange(k)] = theta
         self.H[k : k + tail, :k] = coupling
         self.H[:k, k : k + tail] = coupling.T
         self.size = self.locked = k + tail
-        self.M_near, self.rests = self.M @ self.V[:, : k + tail], False
+        self.M_near, self.rests = [self.M @ self.V[:, :k], self.M_near[1]], False
 
 
-def _orthonormal(W: np.ndarray, M: csr_array, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return an M-orthonormal basis Q of W, ``M Q`` and ``Q^T M W``.
+def _orthonormal(
+    W: np.ndarray, M: csr_array, before: np.ndarray, out: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return an M-orthonormal basis Q of W, in `out` where it is given, ``M Q`` and ``Q^T M W``.
 
     Directions below `DEPENDENT` of what W was are dropped; `before` is the squared norm that was taken from it.
     """
@@ -117,7 +130,7 @@ def _orthonormal(W: np.ndarray, M: csr_array, before: np.ndarray) -> tuple[np.nd
     share, Y = eigh(gram * D * D[:, None])
     new = share > DEPENDENT
     Z = D[:, None] * (Y[:, new] / np.sqrt(share[new]))
-    return product(W, Z), product(MW, Z), Z.T @ gram
+    return product(W, Z, None if out is None else out[:, : Z.shape[1]]), product(MW, Z), Z.T @ gram
 
 
 def block_lanczos(
@@ -130,6 +143,7 @@ def block_lanczos(
     known: tuple | None = None,
     block: int = 0,
     capacity: int = 0,
+    room: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return n eigenvalues ``w^2`` (ascending) and M-orthonormal modes ``(n_dof, n)`` next to `shift`.
 
@@ -152,6 +166,8 @@ def block_lanczos(
         Modes found before: a new start block, orthogonal to them, finds what they lack.
     block, capacity : int
         0 chooses both from n.
+    room : (n_dof, columns) by columns
+        Memory for the basis, of which the modes are a part then too; without it they are part of memory of their own.
 
     Raises
     ------
@@ -168,18 +184,22 @@ def block_lanczos(
     """
     block = block or int(np.clip(n // 9, 6, 16))
     w2, phi = known or (np.zeros(0), np.zeros((M.shape[0], 0)))
-    capacity = min((capacity or _capacity(M.shape[0], n, block)) + len(w2), M.shape[0])
-    space = Krylov(M, capacity + block, may_rest=below > 0)
+    capacity = min((capacity or columns(M.shape[0], n, block)) + len(w2), M.shape[0])
+    if room is not None and room.shape[1] < min(capacity, 2 * n) + block:
+        room = None
+    capacity = capacity if room is None else min(capacity, room.shape[1] - block)
+    space = Krylov(M, capacity + block, may_rest=below > 0, room=room)
     space.lock(1 / (w2 - shift), phi)
     start = np.random.default_rng(len(w2)).standard_normal((M.shape[0], block))
     space.append(factor.solve(M @ start))
     for _ in range(RESTARTS):
-        theta, S, residual, tail = _expand(space, factor, n, below, capacity)
-        done = residual[:n] <= TOLERANCE * np.abs(theta[:n])
+        theta, S, rest = _expand(space, factor, n, below, capacity)
+        done, tail = _converged(theta[:n], rest[:, :n]), len(rest)
         if len(theta) >= n and np.all(done):
             w2 = 1 / theta[:n] + shift
             order = np.argsort(w2, kind="stable")
-            return w2[order], product(space.V[:, : S.shape[0]], S[:, order])
+            S = np.vstack([S[:, :n], rest[:, :n] / theta[:n]])[:, order]  # (K - shift M)^-1 M / theta times the vector
+            return w2[order], space.combine(S)
         if tail == 0:
             break
         keep = min(len(theta), n + (capacity - n) // 2)
@@ -187,8 +207,13 @@ def block_lanczos(
     raise AccuracyError(f"only {int(done.sum())} of {n} modes were found; the structure may have fewer with mass")
 
 
-def _capacity(size: int, n: int, block: int) -> int:
-    """Restarts cost more than vectors, as long as those fit into memory."""
+def _converged(theta: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Return which Ritz pairs have converged, where ``(K - shift M)^-1 M`` leaves `rest` of each on the next block."""
+    return np.linalg.norm(rest, axis=0) <= TOLERANCE * np.abs(theta)
+
+
+def columns(size: int, n: int, block: int) -> int:
+    """Return the vectors of a basis. Restarts cost more than vectors, as long as those fit into memory."""
     return int(np.clip(MEMORY // (8 * size), 2 * n + 8 * block, 4 * n + 8 * block))
 
 
@@ -205,14 +230,14 @@ def _wanted_first(theta: np.ndarray, n: int, below: int) -> np.ndarray:
 
 
 def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) -> tuple:
-    """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and residuals.
+    """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and what is left of them.
 
     The wanted values come first. The last block has not been multiplied yet; `m` counts the vectors that have.
     """
     check, seen = space.size + 1.5 * n, (space.size, 0)
     while True:
-        m, tail = space.size, space.M_last.shape[1]
-        coefficient, beta = space.append(factor.solve(space.M_last))
+        m, tail = space.size, space.M_near[1].shape[1]
+        coefficient, beta = space.append(factor.solve(space.M_near[1]))
         new = len(beta)
         space.H[:m, m - tail : m] = coefficient
         space.H[m - tail : m, :m] = coefficient.T
@@ -223,9 +248,9 @@ def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) ->
             theta, S = eigh((space.H[:m, :m] + space.H[:m, :m].T) / 2)
             order = _wanted_first(theta, n, below)
             theta, S = theta[order], S[:, order]
-            residual = np.linalg.norm(beta @ S[m - tail : m], axis=0)
-            count = int(np.sum(residual[:n] <= TOLERANCE * np.abs(theta[:n])))
+            rest = beta @ S[m - tail : m]
+            count = int(np.sum(_converged(theta[:n], rest[:, :n])))
             if full or count == n:
-                return theta, S, residual, new
+                return theta, S, rest
             slope = max(count - seen[1], 1) / (m - seen[0])
             check, seen = m + np.clip(CAUTION * (n - count) / slope, 2 * tail, n / 2), (m, count)

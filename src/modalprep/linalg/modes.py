@@ -10,7 +10,7 @@ from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
-from modalprep.linalg.blas import inner
+from modalprep.linalg.blas import inner, share_threads
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
@@ -24,7 +24,8 @@ SWEEPS = 3
 NEAR = 1e-6  # of w^2: closer modes count as repeated
 REPEATED = 1e-9  # of w^2: modes of one root, split by round-off
 TIE = 1e-6  # of the largest entry
-COLUMNS = 128  # modes that are checked at a time
+COLUMNS = 32  # modes that are checked at a time by one of `THREADS`: 128 take half as long again
+THREADS = 2
 WIDE = 1e-6  # 1/w^2 over that of the lowest mode: below it round-off matters
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
@@ -100,7 +101,7 @@ def lowest_modes(
     else:
         factor = factor or factorise((K - shift * M).tocsr(), solver)
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
-    return Modes(w2, unique_modes(w2, phi), counted)
+    return Modes(w2, _made_unique(w2, phi if phi.flags.owndata else phi.copy(order="K")), counted)  # a part of a basis
 
 
 def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
@@ -218,7 +219,10 @@ def unique_modes(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
     >>> bool(np.allclose(modes, np.eye(2)))
     True
     """
-    phi = phi.copy(order="K")
+    return _made_unique(w2, phi.copy(order="K"))
+
+
+def _made_unique(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
     groups = np.split(np.arange(len(w2)), np.flatnonzero(np.diff(w2) > REPEATED * np.abs(w2[1:])) + 1)
     for group in (g for g in groups if len(g) > 1):
         for k in range(len(group) - 1):
@@ -258,9 +262,9 @@ def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple
 
     Forces and moments count by their own stiffness.
     """
-    scale, found = equilibrium(K)[:, None], []
-    for start in range(0, len(w2), COLUMNS):  # of as much memory as Lanczos takes
-        found.append(_worst_of(K, M, scale, w2, phi, slice(start, start + COLUMNS)))
+    scale, starts = equilibrium(K)[:, None], range(0, len(w2), COLUMNS)
+    with share_threads(THREADS) as pool:
+        found = list(pool.map(lambda k: _worst_of(K, M, scale, w2, phi, slice(k, k + COLUMNS)), starts))
     ratio, gram = np.concatenate([ratio for ratio, _ in found]), max(gram for _, gram in found)
     return float(ratio.max()), int(np.argmax(ratio)), gram
 
@@ -270,8 +274,9 @@ def _worst_of(
 ) -> tuple[np.ndarray, float]:
     """Return the residuals of some modes, and their largest error of orthonormality to those up to them."""
     before, w2, phi = phi[:, : part.stop], w2[part], phi[:, part]
+    phi = np.ascontiguousarray(phi)
     momentum = M @ phi
-    inertial = scale * momentum * w2
+    inertial = scale * w2 * momentum
     residual = np.linalg.norm(scale * (K @ phi) - inertial, axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0)
     if not np.all(residual < allowed):

@@ -18,22 +18,26 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.blas import inner, share_threads, subtract
+from modalprep.linalg.blas import deduct, inner, share_threads
 from modalprep.linalg.factor import Factor
-from modalprep.linalg.lanczos import block_lanczos
+from modalprep.linalg.lanczos import block_lanczos, columns
 from modalprep.linalg.pencil import Pencil
 
 AT_ONCE = 2  # slices: each has a factor and a basis
 SMALLEST = 320  # modes of a slice: fewer leave Lanczos too short a run, of which some 20 blocks only get it going
+BEGIN = 80
 BLOCK = 12  # right-hand sides at once: more take less time each, but more vectors a mode
 VECTOR = 7.0  # operations a DOF and mode of a slice that keep one mode orthogonal
 MANY = 2.5  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
 OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
-ASTRAY = 0.25  # of half a slice: a shift further from its place is set once more
+ASTRAY = 0.08  # of half a slice: a shift further from its place is set once more
+FLAT = 0.2  # of the mean distance of all modes in w: what a root that is repeated often counts as
 CLOSE = 1e-3  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
+WIDTH = 32  # modes that join at a time
 TRIES = 4
+PLACES = 3  # of a shift: where a root is repeated often, more would bring it ever nearer to that
 BACK = 0.15  # of the way to the shift: what a next try goes less far
 
 
@@ -74,12 +78,16 @@ class Slices:
     pool: ThreadPoolExecutor
     found: int = 0
     proven: int = 0  # so many lie below the last shift, by its inertia
+    counted: dict = field(default_factory=dict)  # number of modes below a shift: the shift
     w2: np.ndarray = field(init=False)
     phi: np.ndarray = field(init=False)
+    rooms: list[np.ndarray] = field(init=False)  # for the bases of slices, one after the other
 
     def __post_init__(self) -> None:
         """Reserve the arrays."""
-        self.w2, self.phi = np.empty(self.n), np.empty((self.M.shape[0], self.n), order="F")
+        size = self.M.shape[0]
+        self.w2, self.phi = np.empty(self.n), np.empty((size, self.n), order="F")
+        self.rooms = [np.empty((size, columns(size, 2 * self.size, BLOCK)), order="F") for _ in self.pencils]
 
     def put(self, first: int, w2: np.ndarray, phi: np.ndarray) -> None:
         """Put modes from number `first` (counted from 0) on, in place of those that are there."""
@@ -101,6 +109,7 @@ class Slices:
             first = self.proven if attempt else max(self.found - OVERLAP, self.proven)
             if self._around(half * (1 - BACK * attempt), first):
                 return
+            self.counted.clear()  # they have led there
         raise AccuracyError("a slice of the spectrum has not as many modes as its inertia counts")
 
     def _around(self, half: float, first: int) -> bool:
@@ -114,7 +123,10 @@ class Slices:
         except AccuracyError:
             return False
         known = self.w2[first : self.found].copy(), self.phi[:, first : self.found]
-        runs = [self.pool.submit(self._modes, part, None if k else known) for k, part in enumerate(slices)]
+        runs = [
+            self.pool.submit(self._modes, part, None if k else known, room)
+            for k, (part, room) in enumerate(zip(slices, self.rooms, strict=False))
+        ]
         found = [run.result() for run in runs]
         for k, (part, modes) in enumerate(zip(slices, found, strict=True)):
             if modes is None or not self._join(part, *modes, bool(k)):
@@ -124,16 +136,47 @@ class Slices:
 
     def _planned(self, half: float, first: int) -> list[Slice]:
         """Return slices of some twice `half` unknown modes each."""
-        starts = (2 * half * np.arange(AT_ONCE)).tolist()
-        places, ends = list(self.pool.map(self._next_shift, self.pencils, starts, [half] * AT_ONCE)), []
+        places, ends = self._placed(half), []
         for (_, one), (_, next_one) in pairwise(places):
             if not OVERLAP < next_one.negative - one.negative <= CROWDED * 2 * half or next_one.negative > self.n:
                 break
-            ends.append((one.negative + next_one.negative) // 2)
+            planned = self.found + round(2 * half * (len(ends) + 1))
+            ends.append(int(np.clip(planned, one.negative, next_one.negative)))
         last = self._last(places[len(ends)][1].negative, self.found + round(2 * half * (len(ends) + 1)), half)
         starts = [first, *(end - OVERLAP // 2 for end in ends)]
         ends = [*(end + OVERLAP // 2 for end in ends), last]
         return [Slice(*place, *of) for place, *of in zip(places, starts, ends, strict=False)]
+
+    def _placed(self, half: float) -> list[tuple[float, Factor]]:
+        """Return shifts amid the next slices of `2 half` unknown modes each, and the factors there.
+
+        They are amid in w^2, so that modes at both ends converge at once.
+        """
+        numbers, shifts, factors = self.found + 2 * half * np.arange(AT_ONCE + 1), np.zeros(AT_ONCE), {}
+        for _ in range(PLACES):
+            ends = self._w2_at(numbers)
+            middle = (ends[1:] + ends[:-1]) / 2
+            astray = np.flatnonzero(np.abs(middle - shifts) > ASTRAY * np.diff(ends) / 2)
+            shifts[astray] = middle[astray]
+            for k, factor in zip(astray, self.pool.map(lambda k: self.pencils[k].at(shifts[k]), astray), strict=True):
+                factors[k] = factor
+                self.counted[factor.negative] = shifts[k]
+            if not len(astray):
+                break
+        return [(float(shifts[k]), factors[k]) for k in range(AT_ONCE)]
+
+    def _known(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return numbers of modes, ascending, and the w below which there are so many."""
+        above = sorted((number, shift) for number, shift in self.counted.items() if number > self.found)
+        numbers = np.concatenate([np.arange(1, self.found + 1), [number for number, _ in above]])
+        return numbers, np.sqrt(np.abs(np.concatenate([self.w2[: self.found], [shift for _, shift in above]])))
+
+    def _w2_at(self, numbers: np.ndarray) -> np.ndarray:
+        """Return where there are so many modes, whose number is taken to grow with w as it did last."""
+        known, w = self._known()
+        back = max(1, min(self.size // 2, known[-1] - 1))
+        rate = max((w[-1] - np.interp(known[-1] - back, known, w)) / back, FLAT * w[-1] / known[-1])
+        return (np.interp(numbers, known, w) + rate * np.maximum(numbers - known[-1], 0)) ** 2
 
     def _last(self, below: int, end: int, half: float) -> int:
         """Return the number of modes up to the end of a slice with so many below its shift, where `end` is planned."""
@@ -142,14 +185,16 @@ class Slices:
         above = np.clip(end - below, np.ceil(half / 2), max(np.ceil(1.5 * half), OVERLAP))
         return max(below, min(below + int(above), self.n))
 
-    def _modes(self, part: Slice, known: tuple | None) -> tuple[np.ndarray, np.ndarray] | None:
+    def _modes(self, part: Slice, known: tuple | None, room: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the modes of a slice, None where they are not as many as must be."""
         shift, factor, first, last = part
         if self._touches(shift, factor):
             return None
         below = factor.negative - first
         try:
-            w2, phi = block_lanczos(factor, self.M, last - first, shift=shift, below=below, known=known, block=BLOCK)
+            w2, phi = block_lanczos(
+                factor, self.M, last - first, shift=shift, below=below, known=known, block=BLOCK, room=room
+            )
         except AccuracyError:
             return None
         return (w2, phi) if np.sum(w2 < shift) == below else None
@@ -163,31 +208,17 @@ class Slices:
         cut = 1 + int(np.argmax(np.diff(w2[: self.found - part.first]))) if apart else 0
         first, w2, phi = part.first + cut, w2[cut:], phi[:, cut:]
         before = self.phi[:, max(first - self.size, 0) : first]
-        common = inner(before, self.M @ phi)
-        if not np.all(np.abs(common) < AGAIN):
+        joins = self.pool.map(lambda start: self._joins(before, phi[:, start : start + WIDTH]), range(0, len(w2), WIDTH))
+        if not all(joins):
             return False
-        self.put(first, w2, subtract(phi, before, common))
+        self.put(first, w2, phi)
         return True
 
-    def _next_shift(self, pencil: Pencil, start: float, half: float) -> tuple[float, Factor]:
-        """Return a shift amid a slice that begins `start` unknown modes up, and the factor there.
-
-        It is amid in w^2, so that modes at both ends converge at once. Their number is taken to grow with w as it did
-        last.
-        """
-        w = np.sqrt(np.abs(self.w2[: self.found]))
-        back = max(1, min(self.size // 2, self.found - 1))
-        rate = (w[-1] - w[-1 - back]) / back
-        step = np.sqrt(np.mean((w[-1] + rate * np.array([start, start + 2 * half])) ** 2)) - w[-1]
-        ahead = step / rate
-        for attempt in range(TRIES):
-            shift = (w[-1] + step) ** 2
-            factor = pencil.at(shift)
-            unknown = factor.negative - self.found
-            if unknown <= CROWDED * ahead and (attempt or abs(unknown - ahead) <= ASTRAY * half):
-                break
-            step *= min(ahead / max(unknown, 1), 2.0)
-        return shift, factor
+    def _joins(self, before: np.ndarray, phi: np.ndarray) -> bool:
+        """Make modes orthogonal to those before; return whether they nearly were."""
+        common = inner(before, self.M @ phi)
+        deduct(phi, before, common)
+        return bool(np.all(np.abs(common) < AGAIN))
 
     @property
     def _distance(self) -> float:
@@ -232,7 +263,7 @@ def sliced_modes(
             return None
         pencils += [pool.submit(Pencil, K, M, shift) for _ in range(AT_ONCE - 1)]
         slices = Slices(M, [pencil.result() for pencil in pencils], n, size, pool)
-        begin = block_lanczos(factor, M, size // 2, shift=shift, block=BLOCK)  # alone: it tells how dense they lie
+        begin = block_lanczos(factor, M, max(BEGIN, size // 3), shift=shift, block=BLOCK, room=slices.rooms[0])  # alone: it tells how dense they lie
         slices.put(0, *begin)
         while slices.found < n:
             slices.advance()
