@@ -203,7 +203,7 @@ def dot6(a, b):
 @partial(compile_inline, fastmath={"contract"})
 def dot_in_pairs(a, b):
     """Return `dot6` for those who wait for it: in this order, the products of three pairs need not."""
-    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
+    return (a[0] * b[0] + a[3] * b[3]) + (a[1] * b[1] + a[4] * b[4]) + (a[2] * b[2] + a[5] * b[5])
 
 
 @compile_inline
