@@ -171,3 +171,14 @@ def test_modes_of_a_repeated_root_do_not_depend_on_the_way():
     turned = dense.copy()
     turned[:, 1:4] = dense[:, 1:4] @ rotation
     np.testing.assert_allclose(unique_modes(w2, turned), phi, atol=1e-8)
+
+
+@pytest.mark.parametrize(("share", "seen"), [(2e-8, True), (1e-10, False)])
+def test_two_modes_that_are_not_orthogonal_are_noticed(share, seen):
+    K, M, exact = membrane()
+    w2, phi = eigh(K.toarray(), subset_by_index=(0, 39))
+    phi[:, 30] += share * phi[:, 3]
+    ratio, _, gram = modes._worst(K, M, w2, phi)
+    assert ratio < 1
+    assert (gram > modes.ORTHOGONALITY) == seen
+    assert not seen or gram == pytest.approx(share, rel=1e-6)  # by all products then, not by combinations

@@ -165,10 +165,12 @@ def test_shifts_lie_amid_their_slices_in_w2(power, factors):
         part.put(0, exact[:found], np.zeros((1, found)))
         first, second = part._planned(half, found)
     assert len(shifts) == factors
-    for one, start in ((first, found), (second, first.last - slices.OVERLAP // 2)):
-        below, above = one.shift - exact[start - 1], exact[one.last - 1] - one.shift
-        assert abs(below - above) < 2 * slices.ASTRAY * below  # the number of the last mode is estimated
-    assert abs(first.last - found - 2 * half) < 2 * slices.ASTRAY * half + slices.OVERLAP / 2
+    border = np.mean(exact[[99, 219]] ** (slices.GROWTH / 2)) ** (2 / slices.GROWTH)  # of one width in that power of w
+    for one, ends in ((first, (exact[99], border)), (second, (border, exact[219]))):
+        assert abs(one.shift - np.mean(ends)) < slices.ASTRAY * np.ptp(ends) / 2
+    assert abs(first.last - slices.OVERLAP // 2 - np.sum(exact < border)) <= 1
+    assert second.first == first.last - slices.OVERLAP
+    assert second.last == 220
 
 
 def test_less_memory_than_one_basis():

@@ -230,7 +230,7 @@ def _wanted_first(theta: np.ndarray, n: int, below: int) -> np.ndarray:
 
 
 def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) -> tuple:
-    """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and what is left of them.
+    """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and rests.
 
     The wanted values come first. The last block has not been multiplied yet; `m` counts the vectors that have.
     """

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from modalprep.linalg.pencil import Pencil
 
 AT_ONCE = 2  # slices: each has a factor and a basis
 SMALLEST = 320  # modes of a slice: fewer leave Lanczos too short a run, of which some 20 blocks only get it going
-BEGIN = 80
+BEGIN = 80  # modes of the first slice at least, of which nothing is below the shift: it is a third of the others
 BLOCK = 12  # right-hand sides at once: more take less time each, but more vectors a mode
 VECTOR = 7.0  # operations a DOF and mode of a slice that keep one mode orthogonal
 MANY = 2.5  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
@@ -35,8 +34,10 @@ ASTRAY = 0.08  # of half a slice: a shift further from its place is set once mor
 FLAT = 0.2  # of the mean distance of all modes in w: what a root that is repeated often counts as
 CLOSE = 1e-3  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
+NEIGHBOURS = 100  # modes before, to which those that join are made orthogonal
 WIDTH = 32  # modes that join at a time
 TRIES = 4
+GROWTH = 1.5  # slices are of one width in this power of w: the lower has more modes, but fewer others below it
 PLACES = 3  # of a shift: where a root is repeated often, more would bring it ever nearer to that
 BACK = 0.15  # of the way to the shift: what a next try goes less far
 
@@ -137,11 +138,11 @@ class Slices:
     def _planned(self, half: float, first: int) -> list[Slice]:
         """Return slices of some twice `half` unknown modes each."""
         places, ends = self._placed(half), []
-        for (_, one), (_, next_one) in pairwise(places):
+        borders = self._borders(half)[1:]
+        for (_, one), (_, next_one), border in zip(places, places[1:], borders, strict=False):
             if not OVERLAP < next_one.negative - one.negative <= CROWDED * 2 * half or next_one.negative > self.n:
                 break
-            planned = self.found + round(2 * half * (len(ends) + 1))
-            ends.append(int(np.clip(planned, one.negative, next_one.negative)))
+            ends.append(int(np.clip(self._number_at(border), one.negative, next_one.negative)))
         last = self._last(places[len(ends)][1].negative, self.found + round(2 * half * (len(ends) + 1)), half)
         starts = [first, *(end - OVERLAP // 2 for end in ends)]
         ends = [*(end + OVERLAP // 2 for end in ends), last]
@@ -152,9 +153,9 @@ class Slices:
 
         They are amid in w^2, so that modes at both ends converge at once.
         """
-        numbers, shifts, factors = self.found + 2 * half * np.arange(AT_ONCE + 1), np.zeros(AT_ONCE), {}
+        shifts, factors = np.zeros(AT_ONCE), {}
         for _ in range(PLACES):
-            ends = self._w2_at(numbers)
+            ends = self._borders(half)
             middle = (ends[1:] + ends[:-1]) / 2
             astray = np.flatnonzero(np.abs(middle - shifts) > ASTRAY * np.diff(ends) / 2)
             shifts[astray] = middle[astray]
@@ -171,12 +172,22 @@ class Slices:
         numbers = np.concatenate([np.arange(1, self.found + 1), [number for number, _ in above]])
         return numbers, np.sqrt(np.abs(np.concatenate([self.w2[: self.found], [shift for _, shift in above]])))
 
-    def _w2_at(self, numbers: np.ndarray) -> np.ndarray:
-        """Return where there are so many modes, whose number is taken to grow with w as it did last."""
+    def _borders(self, half: float) -> np.ndarray:
+        """Return where the next slices begin and end, as far as counts tell.
+
+        The number of modes is taken to grow with w as it did last.
+        """
         known, w = self._known()
         back = max(1, min(self.size // 2, known[-1] - 1))
         rate = max((w[-1] - np.interp(known[-1] - back, known, w)) / back, FLAT * w[-1] / known[-1])
-        return (np.interp(numbers, known, w) + rate * np.maximum(numbers - known[-1], 0)) ** 2
+        end = self.found + 2 * half * AT_ONCE
+        top = np.interp(end, known, w) + rate * max(end - known[-1], 0)
+        return np.linspace(w[self.found - 1] ** GROWTH, top**GROWTH, AT_ONCE + 1) ** (2 / GROWTH)
+
+    def _number_at(self, w2: float) -> int:
+        """Return how many modes are below `w2`, about."""
+        known, w = self._known()
+        return round(float(np.interp(np.sqrt(w2), w, known)))
 
     def _last(self, below: int, end: int, half: float) -> int:
         """Return the number of modes up to the end of a slice with so many below its shift, where `end` is planned."""
@@ -207,9 +218,9 @@ class Slices:
         """
         cut = 1 + int(np.argmax(np.diff(w2[: self.found - part.first]))) if apart else 0
         first, w2, phi = part.first + cut, w2[cut:], phi[:, cut:]
-        before = self.phi[:, max(first - self.size, 0) : first]
-        joins = self.pool.map(lambda start: self._joins(before, phi[:, start : start + WIDTH]), range(0, len(w2), WIDTH))
-        if not all(joins):
+        before = self.phi[:, max(first - NEIGHBOURS, 0) : first]
+        parts = [phi[:, start : start + WIDTH] for start in range(0, len(w2), WIDTH)]
+        if not all(self.pool.map(self._joins, [before] * len(parts), parts)):
             return False
         self.put(first, w2, phi)
         return True
@@ -263,8 +274,8 @@ def sliced_modes(
             return None
         pencils += [pool.submit(Pencil, K, M, shift) for _ in range(AT_ONCE - 1)]
         slices = Slices(M, [pencil.result() for pencil in pencils], n, size, pool)
-        begin = block_lanczos(factor, M, max(BEGIN, size // 3), shift=shift, block=BLOCK, room=slices.rooms[0])  # alone: it tells how dense they lie
-        slices.put(0, *begin)
+        begin, room = min(n, max(BEGIN, size // 3)), slices.rooms[0]  # alone: it tells how dense they lie
+        slices.put(0, *block_lanczos(factor, M, begin, shift=shift, block=BLOCK, room=room))
         while slices.found < n:
             slices.advance()
     return slices.w2, slices.phi
