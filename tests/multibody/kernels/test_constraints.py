@@ -10,7 +10,7 @@ from size import seeds
 
 from modalprep.multibody.evaluation.evaluate import build_equations, close, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.closed_loops.multipliers import violation
+from modalprep.multibody.kernels.closed_loops.factor import violation
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED
 from modalprep.multibody.kernels.closed_loops.responses import yield_to_multipliers
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints, reduced_accelerations

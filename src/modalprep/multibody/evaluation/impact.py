@@ -19,7 +19,7 @@ from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.closed_loops import constraints, responses
-from modalprep.multibody.kernels.closed_loops.multipliers import RANK_TOLERANCE
+from modalprep.multibody.kernels.closed_loops.factor import RANK_TOLERANCE
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.system import System
 from modalprep.records import Record

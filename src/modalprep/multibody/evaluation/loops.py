@@ -7,7 +7,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.algebra.lanes import WIDTH
-from modalprep.multibody.kernels.closed_loops import constraints, multipliers, projection
+from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, FACE, MOST_STEPS
 from modalprep.multibody.kernels.data import REVOLUTE, SLIDING, SPEEDS, Data
@@ -70,6 +70,7 @@ class Loops:
         own = self.closing.of(closure)
         self.work.unit[own] = self.closing.unit[own] if active else 0.0
         self.work.floor[own] = self.closing.floor[own] if active else np.inf
+        factor.weigh(self.work)
 
     def active(self, closure: int) -> bool:
         """Return whether a closure holds."""

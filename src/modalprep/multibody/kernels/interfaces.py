@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.lanes import get_rows9, put_rows9
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     product_transposed,
@@ -12,6 +13,7 @@ from modalprep.multibody.kernels.algebra.matrices import (
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
+    at,
     axpy3,
     cross,
     get3,
@@ -20,7 +22,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
     put3,
     put6,
-    put9,
 )
 from modalprep.multibody.kernels.modal_interfaces import (
     deflected_acceleration,
@@ -30,16 +31,22 @@ from modalprep.multibody.kernels.modal_interfaces import (
 
 
 @compile_inline
+def ground_rate(data):
+    """Angular velocity of the ground, which turns about z, rad/s."""
+    return data.links[at(len(data.links) - 1)].omega[2]
+
+
+@compile_inline
 def seen_spin(data, i):
     """Angular velocity of link i relative to the ground, which may turn about z, in the link's axes; after `world`."""
-    n, w, base = data.links[len(data.links) - 1].omega[2], get3(data.links[i].omega), data.links[i].orientation
+    n, w, base = ground_rate(data), get3(data.links[i].omega), data.links[i].orientation
     return w[0] - n * base[6], w[1] - n * base[7], w[2] - n * base[8]
 
 
 @compile_kernel
 def carried(data, p, v):
     """Specific acceleration of a point at p that the ground sees moving at a constant velocity v, inertial axes."""
-    ground = data.links[len(data.links) - 1]
+    ground = data.links[at(len(data.links) - 1)]
     g, n = get3(ground.acceleration), ground.omega[2]
     return g[0] - n * (n * p[0] + 2.0 * v[1]), g[1] - n * (n * p[1] - 2.0 * v[0]), g[2]
 
@@ -48,19 +55,19 @@ def carried(data, p, v):
 def world(model, data):
     """Position, orientation and velocity of every link after `outward`, all relative to the ground."""
     for i in range(len(model.links)):
-        p = model.links[i].parent
-        own, parent = data.links[i], data.links[p]
+        p = at(model.links[at(i)].parent)
+        own, parent = data.links[at(i)], data.links[p]
         base, arm = get9(parent.orientation), get3(own.arm)
         v = add3(cross(seen_spin(data, p), arm), get3(own.slide))
         put3(own.position, add3(get3(parent.position), times(base, arm)))
         put3(own.velocity, add3(get3(parent.velocity), times(base, v)))
-        put9(own.orientation, product(base, get9(own.rotation)))
+        put_rows9(own.orientation, times(base, get_rows9(own.rotation)))
 
 
 @compile_inline
 def free_position(model, link, node):
     """Position of an interface on the undeformed body of a link, in the link's axes."""
-    return get3(model.interfaces[model.links[link].first_interface + node])
+    return get3(model.interfaces[at(model.links[link].first_interface + node)])
 
 
 @compile_kernel

@@ -187,7 +187,8 @@ def _condense_rows(modal, s, n, begin, end, work):
             put_lanes(free, 0, get_lanes(free, 0) - f * row[LOAD])
             put_lanes(own.drive, 0, f)
             for q in range(begin, p + 1):
-                S, other = work.between[k, work.paths.entries[q].bundle].S, get_lanes(work.modal[q], 4 * a)
+                S = work.bundles[k].S if q == p else work.between[k, work.paths.entries[q].bundle].S
+                other = get_lanes(work.modal[q], 4 * a)
                 for c in range(work.paths.bundles[k].count):
                     put_lanes(S, 4 * c, get_lanes(S, 4 * c) + own.drive[c] * other)
 

@@ -165,15 +165,16 @@ def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
     nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[2]
     m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
     nb, moving = len(paths.bundles), paths.row[paths.row >= 0]
+    unit = np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0)
     return Work(
         np.zeros(m),
-        np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
+        unit,
         np.zeros(m),
         _ends_at_rest(arrays),
         *(np.zeros(m) for _ in range(9)),
         np.zeros((m, m)),
         *(np.zeros((WIDTH * nb, WIDTH * nb)) for _ in range(2)),
-        *(np.zeros(WIDTH * nb) for _ in range(4)),
+        *(np.zeros(WIDTH * nb) for _ in range(6)),
         np.zeros(WIDTH * nb, dtype=np.int64),
         np.concatenate([moving, np.setdiff1d(np.arange(m), moving)]),
         np.zeros(1, dtype=np.int64),
@@ -182,13 +183,21 @@ def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
         *(np.zeros(nu) for _ in range(2)),
         paths,
         blank(GROUP_DATA, len(paths.groups)),
-        blank(BUNDLE_DATA, nb),
+        _bundles_at_rest(paths.row, unit),
         blank(ENTRY_DATA, len(paths.entries)),
         np.zeros((len(paths.entries), WIDTH * N)),
         blank(RESPONSES, nb, nb),
         np.zeros(6 * WIDTH),
         np.zeros((ne, N, 6)),
     )
+
+
+def _bundles_at_rest(row: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """Return what is written of the bundles, all rows active; places without a row cannot move."""
+    found = blank(BUNDLE_DATA, len(row) // WIDTH)
+    found.weight[:] = np.where(row >= 0, unit[row] ** 2, 0.0).reshape(-1, WIDTH)
+    found.floor[:] = np.where(row >= 0, 0.0, np.inf).reshape(-1, WIDTH)
+    return found
 
 
 def _ends_at_rest(arrays: Constraints) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops.constraints import (
+    ABOUT,
     ANGLE,
     BUNDLE,
     COUPLER,
@@ -37,8 +38,8 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     members = _groups(arrays, moving)
     paths = [_path(arrays, parent, rows[0]) if moving[rows[0]] else [] for rows in members]
     bundled = _bundles(arrays, members, paths)
-    acts = sorted({(link, b) for b, own in enumerate(bundled) for k in own for link in paths[k]})
-    entry = {key: p for p, key in enumerate(acts)}
+    acts = sorted({(-link, b) for b, own in enumerate(bundled) for k in own for link in paths[k]})
+    entry = {(-link, b): p for p, (link, b) in enumerate(acts)}
     groups, bundles = (
         np.zeros(len(each), kind).view(np.recarray) for each, kind in ((members, GROUP), (bundled, BUNDLE))
     )
@@ -49,13 +50,16 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
             groups[k].bundle, groups[k].lane = b, count
             bundles[b].rows[count : count + len(members[k])] = members[k]
             bundles[b].count += len(members[k])
+            groups[k].first = count == 0
     for k, rows_of in enumerate(members):
         _fill(arrays, links, groups[k], rows_of, entry)
         lane[rows_of] = WIDTH * k + groups[k].lane + np.arange(len(rows_of))
     places = np.where(np.arange(WIDTH) < bundles.count[:, None], bundles.rows, -1).ravel()
-    first = np.searchsorted([link for link, _ in acts], np.arange(len(links) + 1))
-    counts = sum(moving[rows[0]] for rows in members), int((arrays.rows["kind"] == SLIP).sum())
-    return Paths(groups, bundles, lane, places, first, _entries(arrays, links, parent, entry, groups, lane), *counts)
+    slides = int((arrays.rows["kind"] == SLIP).sum())
+    counts = sum(moving[rows[0]] for rows in members), slides, slides + int((arrays.rows["table"] >= 0).sum())
+    entries = _entries(arrays, links, parent, entry, groups, lane)
+    entries.count = bundles.count[entries.bundle]
+    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()))
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
@@ -79,6 +83,8 @@ def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], ent
     row, count = arrays.rows[members[0]], len(members)
     group.kind, group.a, group.b, group.count = row.kind, row.a, row.b, count
     group.rows[:count] = members
+    group.grounded, group.turning = arrays.ends[row.a].link < 0, row.kind in (ANGLE, ABOUT)
+    group.timed = (arrays.rows["table"][members] >= 0).any()
     lanes = slice(group.lane, group.lane + count)
     for end, at, axes in ((row.a, "at_a", "in_a"), (row.b, "at_b", "in_b")):
         link = int(arrays.ends[end].link)
@@ -96,13 +102,20 @@ def _entries(
     for term in arrays.terms[arrays.terms["x"] >= 0]:
         factors[entry[int(term.link), int(groups[lane[term.row] // WIDTH].bundle)]] += term.factor
     speeds = np.where(np.isin(links["joint"], (REVOLUTE, SLIDING)), links["u"], -1).tolist()
-    reached = {*groups["at_a"].tolist(), *groups["at_b"].tolist()}
-    found = {}
-    for (link, k), p in reversed(entry.items()):  # the order in which they hand on
-        up = entry.get((parent[link], k), -1)
-        found[p] = (k, link, speeds[link], up, up in reached, factors[p])
-        reached.add(up)
-    return rows(ENTRY, [found[p] for p in range(len(found))])
+    reached: set[int] = set()
+    for group in groups:
+        for end in ("b", "a"):  # the order in which the rows push
+            group[f"adds_{end}"] = group[f"at_{end}"] in reached
+            reached.add(int(group[f"at_{end}"]))
+    found = []
+    for link, same in groupby(entry, lambda key: key[0]):  # the order in which they hand on
+        bundles = [k for _, k in same]
+        begin, end = len(found), len(found) + len(bundles)
+        for k in bundles:
+            up = entry.get((parent[link], k), -1)
+            found.append((k, link, begin, end, 0, speeds[link], up, up in reached, factors[len(found)]))
+            reached.add(up)
+    return rows(ENTRY, found)
 
 
 def _groups(arrays: Constraints, moving: list[bool]) -> list[list[int]]:

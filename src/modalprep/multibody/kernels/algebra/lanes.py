@@ -43,6 +43,30 @@ def transposed(a, b, c, d):
 
 
 @compile_inline
+def largest(v):
+    """Return the largest of four numbers."""
+    return instructions.largest(v)
+
+
+@compile_inline
+def first_at_least(v, value):
+    """Return which of four numbers is the first that is not less than a value; beyond them if none is."""
+    return instructions.first_at_least(v, value)
+
+
+@compile_inline
+def above(v, bounds, other):
+    """Return four numbers, the other one in place of those that are not larger than their bounds."""
+    return instructions.above(v, bounds, other)
+
+
+@compile_inline
+def with_lane(v, k, value):
+    """Return four numbers, a value in place of number k; all as they are where there is none."""
+    return instructions.with_lane(v, k, value)
+
+
+@compile_inline
 def four(value):
     """Return four times the same number."""
     return instructions.spread(value)
@@ -92,6 +116,20 @@ def put_lanes6(a, v):
     """Write a spatial vector of lanes to ``a[:24]``."""
     put_lanes3(a, 0, (v[0], v[1], v[2]))
     put_lanes3(a, 12, (v[3], v[4], v[5]))
+
+
+@compile_inline
+def get_rows9(a):
+    """The rows of a matrix ``a[:9]``, each in the first three of four numbers."""
+    return get_lanes(a, 0), get_lanes(a, 3), instructions.earlier(get_lanes(a, 5))
+
+
+@compile_inline
+def put_rows9(a, rows):
+    """Write the rows of a matrix, each in the first three of four numbers, to ``a[:9]``."""
+    put_lanes(a, 0, rows[0])
+    put_lanes(a, 3, rows[1])
+    put_lanes(a, 5, instructions.after_third(rows[1], rows[2]))
 
 
 @compile_inline

@@ -57,3 +57,33 @@ def sums(*each: Lanes) -> Lanes:
 def transpose(*each: Lanes) -> tuple[Lanes, ...]:
     """Return the first numbers of four lanes, then their second ones, and so on."""
     return tuple(row.view(Lanes) for row in np.transpose(each))
+
+
+def largest(v: Lanes) -> float:
+    """Return the largest of four numbers."""
+    return float(v.max())
+
+
+def first_at_least(v: Lanes, value: float) -> int:
+    """Return which of four numbers is the first that is not less than a value; beyond them if none is."""
+    return int(np.argmax(v >= value)) if (v >= value).any() else 64
+
+
+def above(v: Lanes, bounds: Lanes, other: float) -> Lanes:
+    """Return four numbers, the other one in place of those that are not larger than their bounds."""
+    return np.where(v > bounds, v, other).view(Lanes)
+
+
+def with_lane(v: Lanes, k: int, value: float) -> Lanes:
+    """Return four numbers, a value in place of number k; all as they are where there is none."""
+    return np.where(np.arange(4) == k, value, v).view(Lanes)
+
+
+def earlier(v: Lanes) -> Lanes:
+    """Return the last three of four numbers, then any."""
+    return np.roll(v, -1)
+
+
+def after_third(u: Lanes, v: Lanes) -> Lanes:
+    """Return the third number of u, then the first three of v."""
+    return np.concatenate([u[2:3], v[:3]]).view(Lanes)

@@ -184,3 +184,72 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
         return context.make_tuple(builder, kind, [first[0], second[0], first[1], second[1]])
 
     return kind(*WIDTH * (LANES,)), build
+
+
+@intrinsic
+def largest(typing: Any, v: Any) -> Any:
+    """Return the largest of four numbers."""
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        each = [builder.extract_element(args[0], ir.IntType(32)(k)) for k in range(WIDTH)]
+        larger = lambda a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b)  # noqa: E731
+        return larger(larger(each[0], each[2]), larger(each[1], each[3]))
+
+    return types.float64(LANES), build
+
+
+@intrinsic
+def first_at_least(typing: Any, v: Any, value: Any) -> Any:
+    """Return which of four numbers is the first that is not less than a value; beyond them if none is."""
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        found = builder.fcmp_ordered(">=", args[0], _spread(builder, types.float64, args[1]))
+        bits = builder.zext(builder.bitcast(found, ir.IntType(WIDTH)), ir.IntType(64))
+        return builder.cttz(bits, ir.IntType(1)(0))
+
+    return types.int64(LANES, types.float64), build
+
+
+@intrinsic
+def above(typing: Any, v: Any, bounds: Any, other: Any) -> Any:
+    """Return four numbers, the other one in place of those that are not larger than their bounds."""
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        larger = builder.fcmp_ordered(">", args[0], args[1])
+        return builder.select(larger, args[0], _spread(builder, types.float64, args[2]))
+
+    return LANES(LANES, LANES, types.float64), build
+
+
+@intrinsic
+def with_lane(typing: Any, v: Any, k: Any, value: Any) -> Any:
+    """Return four numbers, a value in place of number k; all as they are where there is none."""
+    places = ir.VectorType(ir.IntType(64), WIDTH)
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        first = builder.insert_element(ir.Constant(places, ir.Undefined), args[1], ir.IntType(32)(0))
+        same = builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+        chosen = builder.icmp_signed("==", same, ir.Constant(places, list(range(WIDTH))))
+        return builder.select(chosen, _spread(builder, types.float64, args[2]), args[0])
+
+    return LANES(LANES, types.intp, types.float64), build
+
+
+@intrinsic
+def earlier(typing: Any, v: Any) -> Any:
+    """Return the last three of four numbers, then any."""
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        return _mixed(builder, args[0], args[0], (1, 2, 3, 3))
+
+    return LANES(LANES), build
+
+
+@intrinsic
+def after_third(typing: Any, u: Any, v: Any) -> Any:
+    """Return the third number of u, then the first three of v."""
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        return _mixed(builder, *args, (2, 4, 5, 6))
+
+    return LANES(LANES, LANES), build

@@ -9,15 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.tuples import axpy3, dot3, get3, get_angular
 from modalprep.multibody.kernels.articulated_body import forward, spread
-from modalprep.multibody.kernels.closed_loops.constraints import (
-    along,
-    observe_ends,
-)
-from modalprep.multibody.kernels.closed_loops.multipliers import (
-    act,
-    solve,
-)
+from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, line
+from modalprep.multibody.kernels.closed_loops.ends import observe_ends
+from modalprep.multibody.kernels.closed_loops.factor import solve, weigh
+from modalprep.multibody.kernels.closed_loops.multipliers import act
 from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
 
 
@@ -52,6 +49,7 @@ def aim(cons, model, data, work, c1, c2, places, by_rate, by_place):
         else:
             work.compliance[i] = 1.0 / (c1 * cons.rows[i].damping + c2 * stiffness)
             work.goal[i] = -work.compliance[i] * stiffness * moved
+    weigh(work)
     if not yields:
         return
     spread(model, data, by_rate)
@@ -67,6 +65,21 @@ def _yields(cons):
         if cons.rows[i].stiffness < np.inf:
             return True
     return False
+
+
+@compile_kernel
+def along(cons, work, i, udot):
+    """G u' of row i, by the accelerations of its ends or hinges."""
+    if cons.rows[i].kind == COUPLER:
+        found = 0.0
+        for k in range(len(cons.terms)):
+            if cons.terms[k].row == i and cons.terms[k].x >= 0:
+                found += cons.terms[k].factor * udot[cons.terms[k].u]
+        return found
+    a, b = cons.rows[i].a, cons.rows[i].b
+    v = axpy3(get3(work.ends[b].acceleration), -1.0, get3(work.ends[a].acceleration))
+    found = dot3(line(work, i, 0), v) + dot3(line(work, i, 3), get_angular(work.ends[a].acceleration))
+    return found + dot3(line(work, i, 6), get_angular(work.ends[b].acceleration))
 
 
 @compile_kernel

@@ -12,7 +12,8 @@ from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward, outward_motion
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual
-from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR, factorize, solve, violation
+from modalprep.multibody.kernels.closed_loops.factor import factorize, solve, violation
+from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR
 from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.interfaces import world
@@ -133,7 +134,7 @@ def _factor(cons, model, data, y, motion, work, hinge, stiff):
     if inward(model, data, work.tau, hinge, 0.0, stiff) >= 0:
         return False
     respond(cons, model, data, work, work.tau)
-    factorize(cons, work)
+    factorize(work)
     return True
 
 

@@ -19,7 +19,6 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lanes,
     get_lanes3,
     get_lanes6,
-    lanes,
     put_lane6,
     put_lanes,
     put_lanes6,
@@ -43,6 +42,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.articulated_body import forward_bias
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER
+from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
 from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias
@@ -60,18 +60,21 @@ def respond(cons, model, data, work, tau):
 
     See `write_responses`.
     """
+    responded(cons, model, data, work, tau)
+
+
+@compile_inline
+def responded(cons, model, data, work, tau):
+    """Do as `respond` within another kernel."""
     _act_on_ends(cons, model, data, work)
-    for k in range(len(model.links) - 1, -1, -1):
-        i = at(k)
-        begin, end = work.paths.first[i], work.paths.first[at(k + 1)]
-        if begin == end:
-            continue
-        condense_rows(data.modal, model, i, begin, end, work)
-        joint = model.links[i].joint
-        if joint == SPHERICAL or joint == FREE:
-            _through_several(model, data, work, i, begin, end, tau)
+    for p in range(len(work.entries)):
+        entry = work.paths.entries[at(p)]
+        if p == entry.begin:
+            condense_rows(data.modal, model, entry.link, p, entry.end, work)
+        if model.links[at(entry.link)].joint == REVOLUTE:
+            _through_hinge(model, data, work, p, tau)
         else:
-            _through_one(model, data, work, i, begin, end, tau)
+            _through_joint(model, data, work, p, tau)
 
 
 @compile_kernel
@@ -83,7 +86,8 @@ def write_responses(work):
             i = at(one.rows[at(k)])
             row, work.free[i] = work.S[i], free[at(k)]
             for q in range(p + 1):
-                other, S = work.paths.bundles[at(q)], work.between[at(p), at(q)].S
+                S = work.bundles[at(p)].S if p == q else work.between[at(p), at(q)].S
+                other = work.paths.bundles[at(q)]
                 for c in range(other.count):
                     j = at(other.rows[at(c)])
                     row[j] = work.S[j, i] = S[at(4 * k + c)]
@@ -93,25 +97,29 @@ def write_responses(work):
 @compile_inline
 def _act_on_ends(cons, model, data, work):
     """Let all rows push their ends."""
-    none = _none(work)
-    for k in range(len(work.bundles)):
-        put_lanes(work.bundles[at(k)].free, 0, none)
-        for q in range(k + 1):
-            S = work.between[at(k), at(q)].S
-            put_lanes(S, 0, none)
-            put_lanes(S, 4, none)
-            put_lanes(S, 8, none)
-            put_lanes(S, 12, none)
-    for k in range(work.paths.moving):
-        _clear(work, work.paths.groups[at(k)].at_a)
-        _clear(work, work.paths.groups[at(k)].at_b)
+    for k in range(1, len(work.bundles)):
+        for q in range(k):
+            _clear(work, work.between[at(k), at(q)].S)
     for k in range(work.paths.moving):
         group, line = work.paths.groups[at(k)], work.groups[at(k)].line
+        if group.first:
+            put_lanes(work.bundles[at(group.bundle)].free, 0, _none(work))
+            _clear(work, work.bundles[at(group.bundle)].S)
         if group.bundle >= 0 and group.kind != COUPLER:
             f, total = get_lanes3(line, 0), work.bundles[at(group.bundle)].free
-            _act_on_end(cons, model, data, work, total, group.at_b, group.b, f, get_lanes3(line, 24))
+            _act_on_end(cons, model, data, work, total, group.at_b, group.adds_b, group.b, f, line, 24, group.turning)
             f = (-1.0 * f[0], -1.0 * f[1], -1.0 * f[2])
-            _act_on_end(cons, model, data, work, total, group.at_a, group.a, f, get_lanes3(line, 12))
+            _act_on_end(cons, model, data, work, total, group.at_a, group.adds_a, group.a, f, line, 12, True)
+
+
+@compile_inline
+def _clear(work, S):
+    """Set sixteen responses to zero."""
+    none = _none(work)
+    put_lanes(S, 0, none)
+    put_lanes(S, 4, none)
+    put_lanes(S, 8, none)
+    put_lanes(S, 12, none)
 
 
 @compile_inline
@@ -121,70 +129,81 @@ def _none(work):
 
 
 @compile_inline
-def _clear(work, p):
-    """Take all forces off entry p."""
-    none = _none(work)
-    if p >= 0:
-        put_lanes6(work.entries[at(p)].force, (none, none, none, none, none, none))
-        for a in range(0, work.modal.shape[1], WIDTH):
-            put_lanes(work.modal[p], a, none)
+def _act_on_end(cons, model, data, work, total, p, adds, end, f, line, c, turning):
+    """Let rows of a bundle push an end at entry p by forces, and by torques from number c of `line` on if `turning`.
 
-
-@compile_inline
-def _act_on_end(cons, model, data, work, total, p, end, f, torque):
-    """Let rows of a bundle, whose `free` is `total`, push an end at entry p."""
-    link, own, free = cons.ends[at(end)].link, work.ends[at(end)], get_lanes(total, 0)
+    Others did so before if it `adds`; `total` is the `free` of the bundle.
+    """
+    own, free = work.ends[at(end)], get_lanes(total, 0)
     if p < 0:
         put_lanes(total, 0, free + dot3(f, carried(data, get3(own.position), ZERO3)))
         return
-    base, force = get9(data.links[at(link)].orientation), work.entries[at(p)].force
-    f, t = transposed_times(base, f), transposed_times(base, torque)
+    p, link = at(p), at(cons.ends[at(end)].link)
+    base, force = get9(data.links[link].orientation), work.entries[p].force
+    f, none = transposed_times(base, f), four(0.0)
+    t = transposed_times(base, get_lanes3(line, c)) if turning else (none, none, none)
     wrench = (f[0], f[1], f[2], t[0], t[1], t[2])
     put_lanes(total, 0, free + dot6(wrench, get6(own.bias)))
-    for a in range(model.links[at(link)].modes):
-        forces = work.modal[p]
-        put_lanes(forces, 4 * a, get_lanes(forces, 4 * a) + dot6(wrench, get6(work.shape[end, a])))
+    for k in range(model.links[link].modes):
+        a = at(k)
+        forces, own_force = work.modal[p], dot6(wrench, get6(work.shape[at(end), a]))
+        put_lanes(forces, 4 * a, get_lanes(forces, 4 * a) + own_force if adds else own_force)
     t = add3(t, cross(get3(own.arm), f))
-    put_lanes6(force, add6(get_lanes6(force), (f[0], f[1], f[2], t[0], t[1], t[2])))
+    wrench = (f[0], f[1], f[2], t[0], t[1], t[2])
+    if adds:
+        wrench = add6(get_lanes6(force), wrench)
+    put_lanes6(force, wrench)
 
 
 @compile_inline
-def _through_one(model, data, work, i, begin, end, tau):
-    """Let a joint of one axis, or of none, yield to the forces of its link's rows, and hand the rest to the parent."""
+def _through_hinge(model, data, work, p, tau):
+    """Let a revolute joint yield to the forces of entry p, and hand the rest to the parent."""
+    entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
+    i = at(entry.link)
+    own, g = data.links[i], data.links[i].pivot[0]
+    force = get_lanes6(mine.force)
+    e, H, J = force[5] + entry.factor, own.H, own.J
+    put_lanes(mine.drive, 0, e)
+    force = axpy6(force, -g * e, (H[2], H[5], H[8], J[2], J[4], J[5]))
+    free = e * (g * (tau[at(entry.u)] - own.force[5]))
+    _hand_on(model, data, work, i, entry, force, free, get9(own.rotation), get3(own.arm), get6(own.bias))
+    _add_products(work.bundles[at(entry.bundle)].S, entry.count, mine.drive, g * e)
+    if p > entry.begin:
+        _add_other_products(work, p, g)
+
+
+@compile_kernel
+def _through_joint(model, data, work, p, tau):
+    """Do as `_through_hinge` with a joint of another type."""
+    i = work.paths.entries[p].link
+    if model.links[i].joint == SPHERICAL or model.links[i].joint == FREE:
+        _through_several(model, data, work, i, p, tau)
+    else:
+        _through_one(model, data, work, i, p, tau)
+
+
+@compile_inline
+def _through_one(model, data, work, i, p, tau):
+    """Do as `_through_hinge` with another joint of one axis, or of none."""
     link, own, g, speed = model.links[i], data.links[i], 0.0, 0.0
-    if link.joint == REVOLUTE or link.joint == SLIDING:
+    entry, mine = work.paths.entries[p], work.entries[p]
+    if link.joint == SLIDING:
         g = own.pivot[0]
         speed = g * (tau[link.u] - along_axis(link, get6(own.force)))
-    if end == begin + 1:  # the common case, in which the loop would keep what is read once
-        _through_axis(model, data, work, i, begin, end, g, speed)
-    else:
-        for p in range(begin, end):
-            _through_axis(model, data, work, i, begin, p + 1, g, speed)
-
-
-@compile_inline
-def _through_axis(model, data, work, i, begin, end, g, speed):
-    """Do as `_through_one` with the last of these entries; g is the inverse pivot, speed what the bias force gives."""
-    link, own, p = model.links[i], data.links[i], end - 1
-    entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
     f, t = column(link, own.M, own.H, own.J)
     force = get_lanes6(mine.force)
-    e = along_axis(link, force)
-    if entry.factor != 0.0:
-        e += entry.factor
+    e = along_axis(link, force) + entry.factor
     put_lanes(mine.drive, 0, e)
     force = axpy6(force, -g * e, (f[0], f[1], f[2], t[0], t[1], t[2]))
     _hand_on(model, data, work, i, entry, force, e * speed, get9(own.rotation), get3(own.arm), get6(own.bias))
     if g > 0.0:
-        for q in range(begin, end):
-            _add_products(work, entry.bundle, mine.drive, q, g)
+        _add_products(work.bundles[entry.bundle].S, entry.count, mine.drive, g * e)
+        _add_other_products(work, p, g)
 
 
 @compile_inline
-def _add_products(work, a, drive, q, g):
-    """Add ``g drive drive_q^T`` to the responses of the rows of bundle a to those of entry q."""
-    S, v = work.between[at(a), at(work.paths.entries[at(q)].bundle)].S, g * get_lanes(work.entries[at(q)].drive, 0)
-    count = work.paths.bundles[at(a)].count
+def _add_products(S, count, drive, v):
+    """Add ``drive v^T`` to responses, of so many rows."""
     put_lanes(S, 0, get_lanes(S, 0) + drive[0] * v)
     if count > 1:
         put_lanes(S, 4, get_lanes(S, 4) + drive[1] * v)
@@ -193,22 +212,31 @@ def _add_products(work, a, drive, q, g):
         put_lanes(S, 12, get_lanes(S, 12) + drive[3] * v)
 
 
-@compile_kernel
-def _through_several(model, data, work, i, begin, end, tau):
-    """Do as `_through_one` with a joint of several axes."""
-    link, own, entries = model.links[i], data.links[i], work.paths.entries
+@compile_inline
+def _add_other_products(work, p, g):
+    """Add what entry p and those before it at its link do to each other through its joint, of inverse pivot g."""
+    entry, drive, q = work.paths.entries[at(p)], work.entries[at(p)].drive, work.paths.entries[at(p)].begin
+    while q < p:
+        S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
+        _add_products(S, entry.count, drive, g * get_lanes(work.entries[at(q)].drive, 0))
+        q += 1
+
+
+@compile_inline
+def _through_several(model, data, work, i, p, tau):
+    """Do as `_through_hinge` with a joint of several axes."""
+    link, own, entry = model.links[i], data.links[i], work.paths.entries[p]
     turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
-    speeds = speeds_from_bias(link, own, get6(own.force), tau)
-    for p in range(begin, end):
-        force, a = get_lanes6(work.entries[p].force), entries[p].bundle
-        for k in range(work.paths.bundles[a].count):
-            x = speeds_from_bias(link, own, sub6(ZERO6, get_lane6(work.entries[p].force, k)), work.tau)
-            put_lane6(work.speeds, k, x)
-            for q in range(begin, p + 1):
-                S, other = work.between[a, entries[q].bundle].S, get_lanes6(work.entries[q].force)
-                put_lanes(S, 4 * k, get_lanes(S, 4 * k) + dot6(other, x))
-        left = sub6(force, inertia_times(M, H, J, get_lanes6(work.speeds)))
-        _hand_on(model, data, work, i, entries[p], left, dot6(force, speeds), turn, arm, bias)
+    speeds, force = speeds_from_bias(link, own, get6(own.force), tau), get_lanes6(work.entries[p].force)
+    for k in range(work.paths.bundles[entry.bundle].count):
+        x = speeds_from_bias(link, own, sub6(ZERO6, get_lane6(work.entries[p].force, k)), work.tau)
+        put_lane6(work.speeds, k, x)
+        for q in range(entry.begin, p + 1):
+            other = work.paths.entries[q].bundle
+            S = work.bundles[other].S if q == p else work.between[entry.bundle, other].S
+            put_lanes(S, 4 * k, get_lanes(S, 4 * k) + dot6(get_lanes6(work.entries[q].force), x))
+    left = sub6(force, inertia_times(M, H, J, get_lanes6(work.speeds)))
+    _hand_on(model, data, work, i, entry, left, dot6(force, speeds), turn, arm, bias)
 
 
 @compile_inline
@@ -229,37 +257,46 @@ def _hand_on(model, data, work, i, entry, force, free, turn, arm, bias):
     put_lanes(total, 0, free)
 
 
-@compile_kernel
+@compile_inline
 def push(model, data, work):
-    """Add the multipliers to the bias forces of the last `inward` and to ``work.tau``, as far as `forward` reads them.
+    """Add the multipliers to the bias forces of the last `inward`, as far as `forward` reads them.
 
     Of a link behind a joint of one axis it reads the force along the axis alone; see `push_links`.
     """
-    for b in range(len(work.bundles)):
-        n, i, found = work.paths.bundles[at(b)].count, work.paths.bundles[at(b)].rows, work.multiplier
-        y, z = found[at(i[1])] if n > 1 else 0.0, found[at(i[2])] if n > 2 else 0.0
-        each = lanes(found[at(i[0])], y, z, found[at(i[3])] if n > 3 else 0.0)
-        put_lanes(work.bundles[at(b)].multiplier, 0, each)
-    for p in range(len(work.entries)):
-        entry, own = work.paths.entries[at(p)], work.entries[at(p)]
-        multiplier = get_lanes(work.bundles[at(entry.bundle)].multiplier, 0)
+    for k in range(len(work.entries)):
+        p = at(k)
+        entry, own = work.paths.entries[p], work.entries[p]
+        multiplier = get_lanes(work.solution, WIDTH * entry.bundle)
         if entry.u >= 0:
-            work.tau[at(entry.u)] += add_lanes(multiplier * get_lanes(own.drive, 0))
+            e = add_lanes(multiplier * get_lanes(own.drive, 0))
+            _push_along(model.links[at(entry.link)], data.links[at(entry.link)].force, e)
         else:
             _push_link(data.links[entry.link].force, own.force, multiplier)
         _push_modes(model, data, work, p)
 
 
 @compile_kernel
-def push_links(data, work):
+def push_links(model, data, work):
     """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None."""
     if work is None:
         return
     for p in range(len(work.entries)):
-        entry = work.paths.entries[p]
+        entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
-            multiplier = get_lanes(work.bundles[entry.bundle].multiplier, 0)
-            _push_link(data.links[entry.link].force, work.entries[p].force, multiplier)
+            multiplier = get_lanes(work.solution, WIDTH * entry.bundle)
+            _push_link(force, work.entries[p].force, multiplier)
+            _push_along(model.links[entry.link], force, -add_lanes(multiplier * get_lanes(work.entries[p].drive, 0)))
+
+
+@compile_inline
+def _push_along(link, force, e):
+    """Take the force e along a joint of one axis off the bias force of its link."""
+    if link.joint == REVOLUTE:
+        force[5] -= e
+    else:
+        share = e / (link.along * link.along + link.about * link.about)
+        force[2] -= link.along * share
+        force[5] -= link.about * share
 
 
 @compile_inline
@@ -276,15 +313,15 @@ def _push_modes(model, data, work, p):
     if model.links[at(entry.link)].modes > 0:
         bundle = work.paths.bundles[entry.bundle]
         for k in range(bundle.count):
-            push_bias_of_modes(data.modal, model, entry.link, work.multiplier[bundle.rows[k]], work.modal, p, k)
+            push_bias_of_modes(data.modal, model, entry.link, work.solution[WIDTH * entry.bundle + k], work.modal, p, k)
 
 
 @compile_kernel
 def yield_to_multipliers(model, data, work):
-    """Write what the multipliers alone accelerate, ``M^-1 G^T multiplier``, to ``work.step (nu,)``."""
+    """Write what the multipliers of the rows alone accelerate, ``M^-1 G^T multiplier``, to ``work.step (nu,)``."""
+    take_multipliers(work)
     for i in range(len(model.links)):
         put6(data.links[i].force, ZERO6)
     clear_bias_of_modes(data.modal, model)
     push(model, data, work)
     forward_bias(model, data, work.tau, work.step)
-    work.tau[:] = 0.0

@@ -1,0 +1,250 @@
+"""The pivoted factor of ``S = G M^-1 G^T`` (responses.py), which tells which rows are independent (theory 5.4).
+
+All numbers stand by places of the rows in the bundles, four of one bundle in one vector: nothing is exchanged. The
+factor is made column by column: of S, each step reads the column of the pivot only.
+
+Arguments as in constraints.py.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.lanes import (
+    WIDTH,
+    above,
+    add_lanes,
+    first_at_least,
+    four,
+    get_lanes,
+    lanes,
+    largest,
+    put_lanes,
+    with_lane,
+)
+from modalprep.multibody.kernels.algebra.tuples import at
+
+RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
+STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
+TIES = 1.0 - 1e-9  # of rows that are left as much as the most mobile one, the first
+TAKEN, FIXED = -1e303, -1e302  # in place of what is left of a row: it is in the factor; it cannot move
+
+
+@compile_kernel
+def weigh(work):
+    """Write how the rows in the bundles count, after changes of ``unit``, ``floor`` or ``compliance``."""
+    for p in range(len(work.paths.row)):
+        i, own = work.paths.row[p], work.bundles[p >> 2]
+        if i >= 0:
+            own.weight[p & 3], own.floor[p & 3] = work.unit[i] * work.unit[i], work.floor[i]
+            own.compliance[p & 3] = work.compliance[i]
+
+
+@compile_kernel
+def factorize_and_solve(work):
+    """Do as `factorize`, then as `solve_given`."""
+    blocks = len(work.bundles)
+    if blocks == 1:  # numbers that the compiler knows: it unrolls all loops
+        _factorize(work, 1)
+        _solve(work, 1)
+    elif blocks == 2:
+        _factorize(work, 2)
+        _solve(work, 2)
+    else:
+        _factorize(work, blocks)
+        _solve(work, blocks)
+
+
+@compile_kernel
+def factorize(work):
+    """Write the pivoted factor ``L D L^T`` of S; rows beyond ``rank`` depend on those before them.
+
+    Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
+    the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
+    """
+    _factorize(work, len(work.bundles))
+
+
+@compile_inline
+def _factorize(work, blocks):
+    """Do as `factorize` with so many bundles."""
+    _begin(work, blocks)
+    rank, least = 0, 1.0
+    while rank < WIDTH * blocks:
+        p = _most_mobile(work, blocks)
+        if p < 0:
+            break
+        d = work.rest[at(p)]
+        square = d / work.own[at(p)]
+        if not (square > RANK_TOLERANCE and (rank < work.held[0] or _risen(work, p))):
+            break
+        least = min(least, square)
+        k = at(rank)
+        work.order[k], work.places[k], work.inverse[k] = work.paths.row[at(p)], p, 1.0 / d
+        _eliminate(work, blocks, rank, p)
+        rank += 1
+    work.rank[0], work.sine[0] = rank, np.sqrt(least)
+    if rank < work.paths.pushing:
+        _append_dependent(work, blocks, rank)
+
+
+@compile_inline
+def _begin(work, blocks):
+    """Write the diagonal of S, and what the rows have left."""
+    for q in range(blocks):
+        S, own = work.bundles[at(q)].S, work.bundles[at(q)]
+        d = lanes(S[0], S[5], S[10], S[15]) + get_lanes(own.compliance, 0)
+        put_lanes(work.own, WIDTH * q, d)
+        put_lanes(work.rest, WIDTH * q, above(d, get_lanes(own.floor, 0), FIXED))
+
+
+@compile_inline
+def _most_mobile(work, blocks):
+    """Return the place of the row that is left most, -1 of none: one that hardly moves has no sure direction."""
+    most = 0.0
+    for q in range(blocks):
+        most = max(most, largest(_left(work, q)))
+    if most > 0.0:
+        for q in range(blocks):
+            k = first_at_least(_left(work, q), TIES * most)
+            if k < WIDTH:
+                return WIDTH * q + k
+    return -1
+
+
+@compile_inline
+def _left(work, q):
+    """Return what is left of the mobility of the rows of a bundle, lengths by the size of the system."""
+    return get_lanes(work.rest, WIDTH * q) * get_lanes(work.bundles[at(q)].weight, 0)
+
+
+@compile_inline
+def _eliminate(work, blocks, k, p):
+    """Write column k of ``L D`` and of L, that of place p, and take it off what is left of the rows.
+
+    Two bundles at a time: sums of one would wait for each other.
+    """
+    for q in range(0, blocks - 1, 2):
+        one, two = _column(work, at(q), at(p)), _column(work, at(q + 1), at(p))
+        for j in range(WIDTH * blocks):
+            if j >= k:
+                break
+            f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
+            one, two = one - f * get_lanes(other, WIDTH * q), two - f * get_lanes(other, WIDTH * q + WIDTH)
+        _take_off(work, k, p, q, one)
+        _take_off(work, k, p, q + 1, two)
+    if blocks & 1:
+        one = _column(work, at(blocks - 1), at(p))
+        for j in range(WIDTH * blocks):
+            if j >= k:
+                break
+            one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
+        _take_off(work, k, p, blocks - 1, one)
+
+
+@compile_inline
+def _take_off(work, k, p, q, column):
+    """Write column k for bundle q, and take it off what is left of its rows."""
+    share = work.inverse[at(k)] * column
+    put_lanes(work.columns[at(k)], WIDTH * q, column)
+    put_lanes(work.factor[at(k)], WIDTH * q, share)
+    left = get_lanes(work.rest, WIDTH * q) - share * column
+    put_lanes(work.rest, WIDTH * q, with_lane(left, p - WIDTH * q, TAKEN))
+
+
+@compile_inline
+def _column(work, q, p):
+    """Return the responses of the rows of bundle q to that at place p."""
+    block, k = p >> 2, p & 3
+    if q == block:
+        return get_lanes(work.bundles[q].S, WIDTH * k)
+    if q < block:
+        return get_lanes(work.between[block, q].S, WIDTH * k)
+    S = work.between[q, block].S
+    return lanes(S[k], S[at(4) + k], S[at(8) + k], S[at(12) + k])
+
+
+@compile_inline
+def _append_dependent(work, blocks, rank):
+    """Write the rows that are not in the factor behind the others."""
+    for p in range(WIDTH * blocks):
+        i = work.paths.row[at(p)]
+        if i >= 0 and work.rest[at(p)] != TAKEN:
+            work.order[at(rank)] = i
+            rank += 1
+
+
+@compile_kernel
+def _risen(work, place):
+    """Whether what is left of the row at a place clearly is no round-off: by more than the loops are open."""
+    most, gap = 0.0, violation(work, work.phi)
+    for p in range(len(work.rest)):
+        own = work.bundles[p >> 2]
+        if work.rest[p] != FIXED and own.compliance[p & 3] == 0.0:
+            most = max(most, work.own[p] * own.weight[p & 3])
+    return work.rest[place] * work.bundles[place >> 2].weight[place & 3] > (STRAY * gap) ** 2 * most
+
+
+@compile_kernel
+def violation(work, values):
+    """Return the largest of ``values (m,)`` but of compliant rows, lengths by the size of the system."""
+    worst = 0.0
+    for i in range(len(values)):
+        size = abs(values[i]) * work.unit[i] if work.compliance[i] == 0.0 else 0.0
+        if not size <= worst:  # NaN counts
+            worst = size
+    return worst
+
+
+@compile_kernel
+def solve(work):
+    """Solve ``S multiplier = -wanted``; redundant rows get none."""
+    for p in range(len(work.paths.row)):
+        i = work.paths.row[at(p)]
+        work.given[at(p)] = -work.wanted[i] if i >= 0 else 0.0
+    solve_given(work)
+
+
+@compile_kernel
+def solve_given(work):
+    """Solve with ``given`` in place of ``-wanted``, which stands by places; it is overwritten."""
+    _solve(work, len(work.bundles))
+
+
+@compile_inline
+def _solve(work, blocks):
+    """Do as `solve_given` with so many bundles."""
+    rank, none = work.rank[0], four(0.0)
+    for k in range(WIDTH * blocks):
+        if k >= rank:
+            break
+        y = work.given[at(work.places[at(k)])]
+        work.halfway[at(k)] = y * work.inverse[at(k)]
+        for q in range(blocks):
+            column = get_lanes(work.factor[at(k)], WIDTH * q)
+            put_lanes(work.given, WIDTH * q, get_lanes(work.given, WIDTH * q) - y * column)
+    for q in range(blocks):
+        put_lanes(work.solution, WIDTH * q, none)
+    for k in range(WIDTH * blocks - 1, -1, -1):
+        if k >= rank:
+            continue
+        total = none
+        for q in range(blocks):
+            total = total + get_lanes(work.factor[at(k)], WIDTH * q) * get_lanes(work.solution, WIDTH * q)
+        x = work.halfway[at(k)] - add_lanes(total)
+        for q in range(blocks):
+            found = with_lane(get_lanes(work.solution, WIDTH * q), work.places[at(k)] - WIDTH * q, x)
+            put_lanes(work.solution, WIDTH * q, found)
+    for p in range(WIDTH * blocks):
+        i = work.paths.row[at(p)]
+        if i >= 0:
+            work.multiplier[at(i)] = work.solution[at(p)]
+
+
+@compile_kernel
+def take_multipliers(work):
+    """Write the multipliers of the rows to their places."""
+    for p in range(len(work.paths.row)):
+        i = work.paths.row[p]
+        work.solution[p] = work.multiplier[i] if i >= 0 else 0.0
