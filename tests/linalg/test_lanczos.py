@@ -175,7 +175,7 @@ def test_modes_of_a_repeated_root_do_not_depend_on_the_way():
 
 @pytest.mark.parametrize(("share", "seen"), [(2e-8, True), (1e-10, False)])
 def test_two_modes_that_are_not_orthogonal_are_noticed(share, seen):
-    K, M, exact = membrane()
+    K, M, _ = membrane()
     w2, phi = eigh(K.toarray(), subset_by_index=(0, 39))
     phi[:, 30] += share * phi[:, 3]
     ratio, _, gram = modes._worst(K, M, w2, phi)

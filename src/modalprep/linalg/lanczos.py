@@ -1,6 +1,7 @@
 """Block shift-invert Lanczos with full reorthogonalisation and thick restart.
 
-Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228; Wu, Simon, ibid. 22 (2000) 602.
+Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228; Wu, Simon, ibid. 22 (2000) 602; Nour-Omid,
+Parlett, Ericsson, Jensen, Math. Comp. 48 (1987) 663, for the last multiplication of Ritz vectors.
 """
 
 from __future__ import annotations
