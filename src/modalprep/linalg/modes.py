@@ -275,8 +275,8 @@ def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple
 def _size_of_rows(M: csr_array, phi: np.ndarray) -> float:
     """Return the largest norm of a row of ``phi^T M phi - 1``, about, by `PROBES` random combinations.
 
-    No entry is larger than its row. An estimate from 32 combinations is below a third of the
-    norm once in 1e10 times; where it is large, all entries are looked at.
+    No entry exceeds the norm of its row. The estimate is multiplied by `SURE`: about once in 1e10 times it is less than
+    a third of the norm. If it exceeds what is allowed, the caller looks at every entry.
     """
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (phi.shape[1], PROBES))
     error = inner(phi, M @ product(phi, signs)) - signs

@@ -37,8 +37,9 @@ AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
 NEIGHBOURS = 100  # modes before, to which those that join are made orthogonal
 WIDTH = 32  # modes that join at a time
 TRIES = 4
-GROWTH = 1.5  # slices are of one width in this power of w: the lower has more modes, but fewer others below it; 1 gave
-# the two of 1000 modes of a shell 984 and 1164 vectors, this 1044 and 1068
+# The slices of a pair have the same width in this power of w, so that both need about as many vectors: for 1000 modes
+# of a shell 1044 and 1068, with a power of 1 984 and 1164. The lower one then has more modes.
+GROWTH = 1.5
 PLACES = 3  # of a shift: where a root is repeated often, more would bring it ever nearer to that
 BACK = 0.15  # of the way to the shift: what a next try goes less far
 

@@ -97,8 +97,10 @@ class SolidBlock:
         in_threads(gradients, len(self.x), self.x, dN, weight, grad, dx)
         return grad, dx
 
-    def _measure(self, dN: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        own = slice(1 if self._affine else None)  # of the points: one tells for all
+    def _measure(self) -> np.ndarray:
+        """Return the volume ``(ne, nq)`` of each point of the mass quadrature; affine elements need one Jacobian."""
+        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        own = slice(1 if self._affine else None)
         dx = np.empty((len(self.x), len(dN[own])))
         in_threads(measures, len(self.x), self.x, dN[own], weight[own], dx)
         return dx * (weight / weight[0]) if self._affine else dx
@@ -128,8 +130,7 @@ class SolidBlock:
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; one scalar matrix serves all components."""
-        N, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
-        dx = self._measure(dN, weight)
+        N, dx = shapes(self.kind, DEGREE[self.kind][2])[0], self._measure()
         rho = self.section.material.rho * dx
         ne, nn = self.nodes.shape
         products = (N[:, :, None] * N[:, None]).reshape(len(N), -1)
@@ -147,8 +148,7 @@ class SolidBlock:
 
     def volume(self) -> np.ndarray:
         """Volume ``(ne,)``, m^3."""
-        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
-        return self._measure(dN, weight).sum(axis=1)
+        return self._measure().sum(axis=1)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""
@@ -241,8 +241,7 @@ class SolidBlock:
         return np.ptp(self.x.transpose(1, 2, 0).copy(), axis=0).max(axis=0)  # 20 times faster than along axis 1
 
     def _refuse_bad_shape(self, origin: np.ndarray) -> None:
-        _, dN, weight = shapes(self.kind, 1 if self._affine else DEGREE[self.kind][2])
-        dx = self._measure(dN, weight)
+        dx = self._measure()
         flat = np.abs(dx).sum(axis=1) <= 1e-11 * self._size**3
         for bad, what in ((flat, "flat"), (np.any(dx <= 0, axis=1), "inverted")):
             if np.any(bad):

@@ -49,7 +49,7 @@ def update(call):
 
 @partial(compile_kernel, nogil=False)
 def update_at_once(call):
-    """Do as `update` while other threads of Python wait: to let them run takes as long as two links."""
+    """Do as `update`, but keep Python's lock: releasing it takes as long as evaluating two links."""
     update(call)
 
 
@@ -82,7 +82,7 @@ class EquationsOfMotion:
         Derivative of y, its last nu numbers the accelerations. NaN where the mass matrix is not positive or the time
         is not between 0 and `t_end`.
     update : callable
-        Without arguments: writes `ydot`. Other threads of Python run meanwhile, where there are more than 32 speeds.
+        Without arguments: writes `ydot`. Other Python threads run meanwhile if there are more than 32 speeds.
 
     Raises
     ------
