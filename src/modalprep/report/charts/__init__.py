@@ -1,7 +1,7 @@
 """Charts of matplotlib: their style, histories, effective masses, and their files.
 
-Matplotlib lists the properties of each of its artists in its docstrings, which takes a third of its import. Commands,
-in which nobody reads them, go without: this package is imported before those parts of matplotlib.
+Matplotlib lists the properties of each of its artists in docstrings and signatures, which takes half of its import.
+Commands, in which nobody reads them, go without: this package is imported before those parts of matplotlib.
 """
 
 import sys
@@ -10,3 +10,4 @@ if "modalprep.cli" in sys.modules and "matplotlib.artist" not in sys.modules:
     from matplotlib import artist
 
     artist.kwdoc = lambda _: ""
+    artist.Artist._update_set_signature_and_docstring = classmethod(lambda _: None)
