@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,7 +27,7 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         _plain_powers(axes)
     with atomic_path(path) as temporary:
         if temporary.suffix.lower() == ".png":  # `savefig` would draw twice, once for the layout alone
-            _drawn(figure).save(temporary, compress_type=zlib.Z_RLE)  # half the time, a fifth larger
+            _drawn(figure).save(temporary, compress_level=3)  # half the time, a quarter larger
         else:
             figure.savefig(temporary, dpi=DPI)
     return Path(path)
