@@ -79,6 +79,11 @@ def from_python(system: mp.System) -> Callable[[int], None]:
 
 def medians(calls: list[Callable[[int], None]], rounds: int) -> list[float]:
     """Median CPU microseconds per evaluation of each call, the calls alternating."""
+    return [statistics.median(times) for times in alternating(calls, rounds)]
+
+
+def alternating(calls: list[Callable[[int], None]], rounds: int) -> list[list[float]]:
+    """CPU microseconds per evaluation of each call in each round, the calls alternating."""
     counts = [_count(call) for call in calls]
     spent: list[list[float]] = [[] for _ in calls]
     for _ in range(rounds):
@@ -86,7 +91,7 @@ def medians(calls: list[Callable[[int], None]], rounds: int) -> list[float]:
             begin = time.process_time()
             call(count)
             times.append((time.process_time() - begin) / count * 1e6)
-    return [statistics.median(times) for times in spent]
+    return spent
 
 
 def _count(call: Callable[[int], None]) -> int:

@@ -5,7 +5,9 @@
 Prints six tables, each of medians of alternating rounds, CPU time of one thread, then one line of JSON:
 
 - chains of 1 to 1000 bodies of 0 to 24 modes: `slope_bodies`, the worst exponent of the time per evaluation between
-  the two longest chains, and `slope_modes`, that from 12 to 24 modes;
+  the two longest chains, and `slope_modes`, that from 12 to 24 modes of the longest. These are of the least time of
+  each chain, and the chains of an exponent alternate: other programs of the host only add to a time, and an exponent
+  is of a difference of a few per cent;
 - the dense way (dense_chain.py: composite bodies, inverse dynamics and LAPACK's Cholesky, all counted):
   `slope_dense`, its exponent between the two longest chains, and `crossover_bodies`, the shortest chain from which on
   order n is quicker; LAPACK's part alone is printed as well;
@@ -26,7 +28,7 @@ import json
 from collections.abc import Iterator
 
 import numpy as np
-from chains import arguments, chain, compiled, from_python, medians
+from chains import alternating, arguments, chain, compiled, from_python, medians
 from dense_chain import dense
 from peers_flexible import flexible
 from peers_rigid import mujoco, pinocchio, pinocchio_compiled, pinocchio_library
@@ -35,6 +37,7 @@ from real_time import RTOL, ten_links, timed
 from modalprep.by_address import Addressed
 
 MODES = (0, 3, 6, 12, 24)
+ROUNDS = 101  # of a least time
 DENSE_MODES = 6
 LONGEST_DENSE = 700  # speeds: the dense way takes seconds beyond
 
@@ -48,13 +51,18 @@ def bodies_and_modes(quick: bool) -> dict[str, float]:
     """Print the time per body of flexible and rigid chains."""
     counts, rows = (1, 10, 50, 250) if quick else (1, 5, 10, 50, 100, 500, 1000), {}
     for modes in MODES:
-        rows[modes] = medians([compiled(arguments(chain(n, modes))) for n in counts], 11 if quick else 31)
+        rows[modes] = least([(n, modes) for n in counts])
         each = ", ".join(f"{n}: {t / n:.3f}" for n, t in zip(counts, rows[modes], strict=True))
         print(f"{modes:2d} modes, us per body of chains {each}; slope {slope(counts, rows[modes]):.3f}", flush=True)
     return {
         "slope_bodies": round(max(slope(counts, row) for row in rows.values()), 3),
-        "slope_modes": round(slope((12, 24), [rows[12][-1], rows[24][-1]]), 3),
+        "slope_modes": round(slope((12, 24), least([(counts[-1], 12), (counts[-1], 24)])), 3),
     }
+
+
+def least(chains: list[tuple[int, int]]) -> list[float]:
+    """Return the least time of an evaluation of chains, each (bodies, modes), over alternating rounds."""
+    return [min(times) for times in alternating([compiled(arguments(chain(*each))) for each in chains], ROUNDS)]
 
 
 def against_dense(quick: bool) -> dict[str, float]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import CodeType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -28,6 +28,8 @@ OPTIONS = {
 }  # fmt: skip
 
 NO_KERNELS = ("math", "numpy", "scipy")  # modules
+NUMERIC = (int, float)  # also bool, and numpy's float64
+Dispatcher = core.dispatcher.Dispatcher
 
 # A wheel may bring kernels compiled for all processors from Haswell and Zen on (.ci/build-wheel), which would take one
 # or two minutes here. Those of an older numba, Python or source are not used: the files say what they hold.
@@ -44,7 +46,7 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
     """
     stamp = _stamp(function)
     kernel = njit(**(OPTIONS | options))(function)
-    if isinstance(kernel, core.dispatcher.Dispatcher):  # not without a compiler
+    if isinstance(kernel, Dispatcher):  # not without a compiler
         with suppress(RuntimeError):  # numba: "no locator available"
             kernel._cache = KernelCache(function, stamp)
         linking.register(kernel)
@@ -87,7 +89,7 @@ def bound(kernel: Callable, *first: Any, rest: Sequence[type] = ()) -> Callable:
     >>> call(1, 0.5)
     3.5
     """
-    if not isinstance(kernel, core.dispatcher.Dispatcher):
+    if not isinstance(kernel, Dispatcher):
         return partial(kernel, *first)
     key = kernel, *map(by_address.layout, first), *rest
     if key not in ENTRIES:
@@ -142,6 +144,16 @@ class KernelCache(core.caching.FunctionCache):
         rtsys.initialize(target_context)  # what kernels that make arrays call
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple:
+        return super()._index_key(sig, _asked_once(codegen))
+
+
+@lru_cache
+def _asked_once(codegen: Any) -> SimpleNamespace:
+    """Return what numba's key needs of a code generator, which looks at the processor at every call."""
+    processor = codegen.magic_tuple()
+    return SimpleNamespace(magic_tuple=lambda: processor)
 
 
 class CompiledFiles(core.caching.IndexDataCacheFile):
@@ -201,7 +213,7 @@ def _runs_baseline() -> bool:
 def _stamp(function: Callable) -> str:
     """Fingerprint of all that the compiled code depends on; kept on the function for its callers."""
     parts = [_file(name) for name in (__file__, by_address.__file__, linking.__file__)]
-    parts += [getattr(used, STAMP, None) or repr(used) for used in _known(function)]
+    parts += _known(function)
     if code := getattr(function, "__code__", None):
         parts += [_file(code.co_filename), repr(_own(function, code))]
     stamp = hashlib.sha256("|".join(parts).encode()).hexdigest()
@@ -216,24 +228,37 @@ def _own(function: Callable, code: CodeType) -> list:
     return [code.co_firstlineno, code.co_code, constants, [cell.cell_contents for cell in function.__closure__ or ()]]
 
 
-def _known(function: Callable) -> Iterator[Any]:
-    """Yield all constants and compiled functions of the function's file so far, imported modules' functions too.
+def _known(function: Callable) -> Iterator[str]:
+    """Yield the fingerprints of all constants and compiled functions of the function's file so far, and of its modules.
 
     Not only those that it names: functions that stand below it in the file, which it may call, are not known yet, but
     all that they use of other files is imported.
     """
-    values = list(getattr(function, "__globals__", {}).values())
-    modules = [value for value in values if isinstance(value, ModuleType) and value.__name__ not in NO_KERNELS]
-    for value in [*values, *(inside for module in modules for inside in vars(module).values())]:
-        compiled = value.py_func if isinstance(value, core.dispatcher.Dispatcher) else value
-        if isinstance(compiled, FunctionType) and hasattr(compiled, STAMP):
-            yield compiled
-    yield from (value for value in values if _constant(value))
+    for value in getattr(function, "__globals__", {}).values():
+        if isinstance(value, ModuleType):
+            yield from _fingerprints(value)
+        elif stamp := _fingerprint(value):
+            yield stamp
+        elif _constant(value):
+            yield repr(value)
+
+
+@lru_cache
+def _fingerprints(module: ModuleType) -> tuple[str, ...]:
+    if module.__name__ in NO_KERNELS:
+        return ()
+    return tuple(stamp for value in vars(module).values() if (stamp := _fingerprint(value)))
+
+
+def _fingerprint(value: Any) -> str | None:
+    """Return the fingerprint of a compiled function, None of anything else."""
+    compiled = value.py_func if isinstance(value, Dispatcher) else value
+    return getattr(compiled, STAMP, None) if isinstance(compiled, FunctionType) else None
 
 
 def _constant(value: Any) -> bool:
     """Whether compiled code takes a global in by its value: a number, or tuples of them."""
-    return isinstance(value, bool | int | float) or (isinstance(value, tuple) and all(map(_constant, value)))
+    return isinstance(value, NUMERIC) or (isinstance(value, tuple) and all(map(_constant, value)))
 
 
 @lru_cache

@@ -219,12 +219,16 @@ def test_charts_come_before_the_artists_of_matplotlib(project):
 
 
 def test_commands_leave_out_the_properties_of_artists():
+    """Their docstrings and signatures, and the axes in three dimensions."""
     for cli, listed in (("modalprep.cli", 0), ("modalprep", 1)):
         code = (
-            f"import {cli}, modalprep.report.analysis; from matplotlib.lines import Line2D; print(Line2D.set.__doc__)"
+            f"import sys, {cli}, modalprep.report.analysis; from matplotlib.lines import Line2D; "
+            "print(Line2D.set.__doc__, hasattr(Line2D.set, '__signature__'), 'mpl_toolkits.mplot3d' in sys.modules)"
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert ("markeredgecolor" in done.stdout) == listed
+        assert done.stdout.split()[-2:] == 2 * [str(bool(listed))]
+        assert not done.stderr
 
 
 def test_base_modules_know_only_each_other(graph):

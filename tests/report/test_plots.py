@@ -124,7 +124,7 @@ def test_body_without_inertia_in_a_direction_is_reported(cantilever, drawn, tmp_
 
 
 def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
-    def half(image, file):
+    def half(image, file, **_):
         file.write_bytes(b"half a picture")
         raise OSError(28, "No space left on device")
 

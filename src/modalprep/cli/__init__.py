@@ -49,6 +49,7 @@ def entry() -> None:
     ended: list[int] = []
     atexit.register(_leave, ended)  # first here, so that it is the last there
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # the search reads every installed package
+    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "18")  # 2^18 ticks: idle threads kept a core busy for 2^26
     gc.set_threshold(*COLLECTION)
     warnings.simplefilter("ignore", RuntimeWarning)  # of numpy: what is not finite gets its own sentence
     _print_plainly_where_needed()

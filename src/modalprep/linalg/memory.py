@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 
-import psutil
-
 from modalprep.errors import InputError
 
 BUDGET = "MODALPREP_MEMORY"  # GiB; the limit that a user sets
@@ -25,6 +23,8 @@ def available_memory() -> float:
     >>> available_memory() > 1e6
     True
     """
+    import psutil  # here: who reads files of matrices alone goes without
+
     return min(_budget(), SHARE * psutil.virtual_memory().available)
 
 

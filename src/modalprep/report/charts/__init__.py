@@ -1,12 +1,20 @@
 """Charts of matplotlib: their style, histories, effective masses, and their files.
 
-Matplotlib lists the properties of each of its artists in its docstrings, which takes a third of its import. Commands,
-in which nobody reads them, go without: this package is imported before those parts of matplotlib.
+Matplotlib lists the properties of each of its artists in docstrings and signatures, and imports axes in three
+dimensions, which takes half of its import. Commands, in which nobody reads the one or draws the other, go without: this
+package is imported before those parts of matplotlib.
 """
 
 import sys
+import warnings
+from importlib import import_module
 
 if "modalprep.cli" in sys.modules and "matplotlib.artist" not in sys.modules:
     from matplotlib import artist
 
     artist.kwdoc = lambda _: ""
+    artist.Artist._update_set_signature_and_docstring = classmethod(lambda _: None)
+    with warnings.catch_warnings(action="ignore"):  # that there are none in three dimensions
+        sys.modules["mpl_toolkits.mplot3d"] = None
+        import_module("matplotlib.projections")
+    del sys.modules["mpl_toolkits.mplot3d"]

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from PIL import Image
 
 DPI = 180
+COLOURS, WHITE = 128, 0xFFFFFFFF  # of a picture; opaque white in RGBA
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -26,24 +27,28 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         _plain_powers(axes)
     with atomic_path(path) as temporary:
         if temporary.suffix.lower() == ".png":  # `savefig` would draw twice, once for the layout alone
-            _drawn(figure).save(temporary)
+            _drawn(figure).save(temporary, compress_level=3)  # half the time, a quarter larger
         else:
             figure.savefig(temporary, dpi=DPI)
     return Path(path)
 
 
 def _drawn(figure: Figure) -> Image.Image:
-    """Return a chart in few colours, which takes a third of the space."""
+    """Return a chart in few colours, which takes a third of the space; white, most of it, stays as it is."""
     from PIL import Image
 
     figure.set_dpi(DPI)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    picture = Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert("RGB")
-    picture = picture.quantize(128, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    colours = np.array(picture.getpalette()).reshape(-1, 3)
-    colours[(colours > 250).all(axis=1)] = 255  # averaging makes white slightly grey
-    picture.putpalette(colours.ravel().tolist())
+    pixels = np.asarray(canvas.buffer_rgba()).view(np.uint32)[..., 0]
+    marked = np.append(np.flatnonzero(pixels != WHITE), 0)  # never empty
+    row = Image.frombuffer("RGBA", (len(marked), 1), pixels.ravel()[marked]).convert("RGB")
+    row = row.quantize(COLOURS - 1, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    index = np.full(pixels.shape, COLOURS - 1, np.uint8)
+    index.ravel()[marked] = np.asarray(row)[0]
+    picture = Image.fromarray(index)
+    colours = row.getpalette()[: 3 * (COLOURS - 1)]
+    picture.putpalette(colours + [255] * (3 * COLOURS - len(colours)))
     return picture
 
 
