@@ -42,6 +42,7 @@ from modalprep.multibody.kernels.closed_loops.multipliers import (
     constraint_accelerations,
     constraint_power,
 )
+from modalprep.multibody.kernels.closed_loops.planar import moving_residual
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.interfaces import world
@@ -177,7 +178,7 @@ def respond(eq, t, y, ydot):
     model, data, nx, nu = eq.model, eq.data, eq.model.nx, len(eq.tau)
     closed = any_rows(eq.cons)
     if closed:
-        constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work, True)
+        moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
     status = inward(model, data, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status

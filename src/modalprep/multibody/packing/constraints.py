@@ -179,6 +179,7 @@ def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
         np.concatenate([moving, np.setdiff1d(np.arange(m), moving)]),
         np.zeros(1, dtype=np.int64),
         np.full(1, m),
+        np.zeros(1, dtype=np.int64),
         np.ones(2),
         *(np.zeros(nu) for _ in range(2)),
         paths,

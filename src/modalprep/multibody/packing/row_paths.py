@@ -59,7 +59,8 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     counts = sum(moving[rows[0]] for rows in members), slides, slides + int((arrays.rows["table"] >= 0).sum())
     entries = _entries(arrays, links, parent, entry, groups, lane)
     entries.count = bundles.count[entries.bundle]
-    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()))
+    planar = _planar(arrays, links, sorted({link for path in paths for link in path}), moving)
+    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), planar)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
@@ -78,12 +79,33 @@ def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int
     return found
 
 
+def _planar(arrays: Constraints, links, passed: list[int], moving: list[bool]) -> bool:
+    """Return whether all moving rows hold points in a plane, in which the links that they act on move about hinges."""
+    if not passed or links["modes"][passed].any() or (links["joint"][passed] != REVOLUTE).any():
+        return False
+    turns, roots = links["rotation"][passed].reshape(-1, 3, 3), links["parent"][passed] >= len(links)
+    z, normals, inner = np.array([0, 0, 1.0]), turns[roots] @ [0, 0, 1.0], turns[~roots]
+    tilts = inner @ z - z, z @ inner - z, normals - normals[0]
+    tilts += (np.array([_normal_part(arrays, links, normals[0], i) for i in np.flatnonzero(moving)]),)
+    return all((np.abs(tilt) < PARALLEL).all() for tilt in tilts)
+
+
+def _normal_part(arrays: Constraints, links, normal: np.ndarray, i: int) -> float:
+    """Return how far row i points out of a plane of this normal on the ground, or 1 if it does not hold a point."""
+    row = arrays.rows[i]
+    axis = _axes(links, arrays.ends[row.a]) @ row.in_a
+    if row.kind != POINT:
+        return 1.0
+    return float(axis @ normal) if arrays.ends[row.a].link < 0 else float(axis[2])
+
+
 def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], entry: dict) -> None:
     """Write what a group is, after its bundle and lane."""
     row, count = arrays.rows[members[0]], len(members)
     group.kind, group.a, group.b, group.count = row.kind, row.a, row.b, count
     group.rows[:count] = members
     group.grounded, group.turning = arrays.ends[row.a].link < 0, row.kind in (ANGLE, ABOUT)
+    group.link_a, group.link_b = arrays.ends["link"][[row.a, row.b]]
     group.timed = (arrays.rows["table"][members] >= 0).any()
     lanes = slice(group.lane, group.lane + count)
     for end, at, axes in ((row.a, "at_a", "in_a"), (row.b, "at_b", "in_b")):

@@ -72,6 +72,7 @@ GROUP = np.dtype([
     ("first", np.int64),  # whether it is the first in its bundle
     ("grounded", np.int64),  # whether end a is on the ground
     ("turning", np.int64),  # whether its rows push end b by torques
+    ("link_a", np.int64), ("link_b", np.int64),  # of its ends
     ("in_a", np.float64, 12), ("in_b", np.float64, 12),  # directions in the axes of the links of its ends
 ])  # fmt: skip
 # Groups that act on nearly the same links, in one vector; rows by lanes.
@@ -127,6 +128,7 @@ class Paths(NamedTuple):
     slides: int  # rows of friction
     works: int  # those, and rows that have functions of time
     pushing: int  # rows in the bundles
+    planar: bool  # whether all rows that something moves are those of planar loops (planar.py)
 
 
 @by_address
@@ -159,6 +161,7 @@ class Work(NamedTuple):
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
+    flat: np.ndarray  # (1,) int, 1 after a residual of planar loops that holds only what moves them (planar.py)
     sine: np.ndarray  # (2,) the least sine of an independent row, now and in the last closed state
     tau: np.ndarray  # (nu,) zeros
     step: np.ndarray  # (nu,) response to the multipliers
@@ -188,7 +191,7 @@ def constraint_residual(cons, model, data, y, motion, t, work, moving):
     """
     if cons is None:
         return
-    count = work.paths.moving if moving else len(work.groups)
+    work.flat[0], count = 0, work.paths.moving if moving else len(work.groups)
     n = ground_rate(data)
     for k in range(len(cons.ends)):
         end, own = cons.ends[at(k)], work.ends[at(k)]
@@ -215,14 +218,14 @@ def constraint_residual(cons, model, data, y, motion, t, work, moving):
                 total = work.bundles[at(group.bundle)].bias
                 put_lanes(total, 0, get_lanes(total, 0) + bias)
         if group.timed:
-            _less_values(cons, work, group, own, t)
+            less_values(cons, work, group, own, t)
         else:
-            _less_lengths(work, group, own)
+            less_lengths(work, group, own)
     _couplers(cons, y, model.nx, motion, work)
 
 
 @compile_inline
-def _less_lengths(work, group, own):
+def less_lengths(work, group, own):
     """Write what the rows of a group measure, less constant values; nothing is measured of couplers yet."""
     for c in range(group.count):
         i, lane = at(group.rows[at(c)]), at(group.lane + c)
@@ -233,8 +236,8 @@ def _less_lengths(work, group, own):
 
 
 @compile_kernel
-def _less_values(cons, work, group, own, t):
-    """Do as `_less_lengths` where some of the values are functions of time."""
+def less_values(cons, work, group, own, t):
+    """Do as `less_lengths` where some of the values are functions of time."""
     for c in range(group.count):
         i, lane = group.rows[c], group.lane + c
         value, rate, acceleration = work.value[i], 0.0, 0.0

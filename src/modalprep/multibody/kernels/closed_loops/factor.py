@@ -46,14 +46,14 @@ def factorize_and_solve(work):
     """Do as `factorize`, then as `solve_given`."""
     blocks = len(work.bundles)
     if blocks == 1:  # numbers that the compiler knows: it unrolls all loops
-        _factorize(work, 1)
-        _solve(work, 1)
+        _factorize(work, 1, True)
+        _solve_back(work, 1)
     elif blocks == 2:
-        _factorize(work, 2)
-        _solve(work, 2)
+        _factorize(work, 2, True)
+        _solve_back(work, 2)
     else:
-        _factorize(work, blocks)
-        _solve(work, blocks)
+        _factorize(work, blocks, True)
+        _solve_back(work, blocks)
 
 
 @compile_kernel
@@ -63,26 +63,35 @@ def factorize(work):
     Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
     the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
     """
-    _factorize(work, len(work.bundles))
+    _factorize(work, len(work.bundles), False)
 
 
 @compile_inline
-def _factorize(work, blocks):
-    """Do as `factorize` with so many bundles."""
+def _factorize(work, blocks, solving):
+    """Do as `factorize` with so many bundles; if `solving`, solve with L meanwhile, see `_solve_step`.
+
+    A pivot is mostly at the place of the last time, which the machine reads before it knows.
+    """
     _begin(work, blocks)
     rank, least = 0, 1.0
     while rank < WIDTH * blocks:
-        p = _most_mobile(work, blocks)
-        if p < 0:
-            break
+        p = work.places[at(rank)]
+        found = _most_mobile(work, blocks)
+        if found != p:
+            if found < 0:
+                break
+            work.places[at(rank)] = found
+            continue
         d = work.rest[at(p)]
         square = d / work.own[at(p)]
         if not (square > RANK_TOLERANCE and (rank < work.held[0] or _risen(work, p))):
             break
         least = min(least, square)
         k = at(rank)
-        work.order[k], work.places[k], work.inverse[k] = work.paths.row[at(p)], p, 1.0 / d
+        work.order[k], work.inverse[k] = work.paths.row[at(p)], 1.0 / d
         _eliminate(work, blocks, rank, p)
+        if solving:
+            _solve_step(work, blocks, rank, p)
         rank += 1
     work.rank[0], work.sine[0] = rank, np.sqrt(least)
     if rank < work.paths.pushing:
@@ -215,15 +224,27 @@ def solve_given(work):
 @compile_inline
 def _solve(work, blocks):
     """Do as `solve_given` with so many bundles."""
-    rank, none = work.rank[0], four(0.0)
     for k in range(WIDTH * blocks):
-        if k >= rank:
+        if k >= work.rank[0]:
             break
-        y = work.given[at(work.places[at(k)])]
-        work.halfway[at(k)] = y * work.inverse[at(k)]
-        for q in range(blocks):
-            column = get_lanes(work.factor[at(k)], WIDTH * q)
-            put_lanes(work.given, WIDTH * q, get_lanes(work.given, WIDTH * q) - y * column)
+        _solve_step(work, blocks, k, work.places[at(k)])
+    _solve_back(work, blocks)
+
+
+@compile_inline
+def _solve_step(work, blocks, k, p):
+    """Write number k of the solution with L and D, and take its column, that of place p, off the right-hand side."""
+    y = work.given[at(p)]
+    work.halfway[at(k)] = y * work.inverse[at(k)]
+    for q in range(blocks):
+        column = get_lanes(work.factor[at(k)], WIDTH * q)
+        put_lanes(work.given, WIDTH * q, get_lanes(work.given, WIDTH * q) - y * column)
+
+
+@compile_inline
+def _solve_back(work, blocks):
+    """Write the multipliers, from the last pivot to the first."""
+    rank, none = work.rank[0], four(0.0)
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
     for k in range(WIDTH * blocks - 1, -1, -1):

@@ -43,6 +43,8 @@ from modalprep.multibody.kernels.algebra.tuples import (
 from modalprep.multibody.kernels.articulated_body import forward_bias
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
+from modalprep.multibody.kernels.closed_loops.planar import through_planes
+from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, zeros
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
 from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias
@@ -66,6 +68,9 @@ def respond(cons, model, data, work, tau):
 @compile_inline
 def responded(cons, model, data, work, tau):
     """Do as `respond` within another kernel."""
+    if work.flat[0]:
+        through_planes(model, data, work, tau)
+        return
     _act_on_ends(cons, model, data, work)
     for p in range(len(work.entries)):
         entry = work.paths.entries[at(p)]
@@ -99,33 +104,17 @@ def _act_on_ends(cons, model, data, work):
     """Let all rows push their ends."""
     for k in range(1, len(work.bundles)):
         for q in range(k):
-            _clear(work, work.between[at(k), at(q)].S)
+            clear(work, work.between[at(k), at(q)].S)
     for k in range(work.paths.moving):
         group, line = work.paths.groups[at(k)], work.groups[at(k)].line
         if group.first:
-            put_lanes(work.bundles[at(group.bundle)].free, 0, _none(work))
-            _clear(work, work.bundles[at(group.bundle)].S)
+            put_lanes(work.bundles[at(group.bundle)].free, 0, zeros(work))
+            clear(work, work.bundles[at(group.bundle)].S)
         if group.bundle >= 0 and group.kind != COUPLER:
             f, total = get_lanes3(line, 0), work.bundles[at(group.bundle)].free
             _act_on_end(cons, model, data, work, total, group.at_b, group.adds_b, group.b, f, line, 24, group.turning)
             f = (-1.0 * f[0], -1.0 * f[1], -1.0 * f[2])
             _act_on_end(cons, model, data, work, total, group.at_a, group.adds_a, group.a, f, line, 12, True)
-
-
-@compile_inline
-def _clear(work, S):
-    """Set sixteen responses to zero."""
-    none = _none(work)
-    put_lanes(S, 0, none)
-    put_lanes(S, 4, none)
-    put_lanes(S, 8, none)
-    put_lanes(S, 12, none)
-
-
-@compile_inline
-def _none(work):
-    """Return zeros that the compiler does not know as such, so that it does not call the system to write them."""
-    return four(work.tau[0])
 
 
 @compile_inline
@@ -167,9 +156,9 @@ def _through_hinge(model, data, work, p, tau):
     force = axpy6(force, -g * e, (H[2], H[5], H[8], J[2], J[4], J[5]))
     free = e * (g * (tau[at(entry.u)] - own.force[5]))
     _hand_on(model, data, work, i, entry, force, free, get9(own.rotation), get3(own.arm), get6(own.bias))
-    _add_products(work.bundles[at(entry.bundle)].S, entry.count, mine.drive, g * e)
+    add_products(work.bundles[at(entry.bundle)].S, entry.count, mine.drive, g * e)
     if p > entry.begin:
-        _add_other_products(work, p, g)
+        add_other_products(work, p, g)
 
 
 @compile_kernel
@@ -197,29 +186,8 @@ def _through_one(model, data, work, i, p, tau):
     force = axpy6(force, -g * e, (f[0], f[1], f[2], t[0], t[1], t[2]))
     _hand_on(model, data, work, i, entry, force, e * speed, get9(own.rotation), get3(own.arm), get6(own.bias))
     if g > 0.0:
-        _add_products(work.bundles[entry.bundle].S, entry.count, mine.drive, g * e)
-        _add_other_products(work, p, g)
-
-
-@compile_inline
-def _add_products(S, count, drive, v):
-    """Add ``drive v^T`` to responses, of so many rows."""
-    put_lanes(S, 0, get_lanes(S, 0) + drive[0] * v)
-    if count > 1:
-        put_lanes(S, 4, get_lanes(S, 4) + drive[1] * v)
-    if count > 2:
-        put_lanes(S, 8, get_lanes(S, 8) + drive[2] * v)
-        put_lanes(S, 12, get_lanes(S, 12) + drive[3] * v)
-
-
-@compile_inline
-def _add_other_products(work, p, g):
-    """Add what entry p and those before it at its link do to each other through its joint, of inverse pivot g."""
-    entry, drive, q = work.paths.entries[at(p)], work.entries[at(p)].drive, work.paths.entries[at(p)].begin
-    while q < p:
-        S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
-        _add_products(S, entry.count, drive, g * get_lanes(work.entries[at(q)].drive, 0))
-        q += 1
+        add_products(work.bundles[entry.bundle].S, entry.count, mine.drive, g * e)
+        add_other_products(work, p, g)
 
 
 @compile_inline
@@ -276,10 +244,15 @@ def push(model, data, work):
 
 
 @compile_kernel
-def push_links(model, data, work):
-    """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None."""
+def push_links(cons, model, data, work):
+    """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None.
+
+    After a residual that was `flat` comes `constraint_residual` before; `free` is lost.
+    """
     if work is None:
         return
+    if work.paths.planar:
+        respond(cons, model, data, work, work.tau)  # what planar loops carry out of their plane
     for p in range(len(work.entries)):
         entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
         if entry.u >= 0:

@@ -1,0 +1,47 @@
+"""What rows do to each other through a joint that yields to them: products that add up to ``G M^-1 G^T``.
+
+Arguments as in constraints.py.
+"""
+
+from __future__ import annotations
+
+from modalprep.jit import compile_inline
+from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, put_lanes
+from modalprep.multibody.kernels.algebra.tuples import at
+
+
+@compile_inline
+def add_products(S, count, drive, v):
+    """Add ``drive v^T`` to responses, of so many rows."""
+    put_lanes(S, 0, get_lanes(S, 0) + drive[0] * v)
+    if count > 1:
+        put_lanes(S, 4, get_lanes(S, 4) + drive[1] * v)
+    if count > 2:
+        put_lanes(S, 8, get_lanes(S, 8) + drive[2] * v)
+        put_lanes(S, 12, get_lanes(S, 12) + drive[3] * v)
+
+
+@compile_inline
+def add_other_products(work, p, g):
+    """Add what entry p and those before it at its link do to each other through its joint, of inverse pivot g."""
+    entry, drive, q = work.paths.entries[at(p)], work.entries[at(p)].drive, work.paths.entries[at(p)].begin
+    while q < p:
+        S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
+        add_products(S, entry.count, drive, g * get_lanes(work.entries[at(q)].drive, 0))
+        q += 1
+
+
+@compile_inline
+def clear(work, S):
+    """Set sixteen responses to zero."""
+    none = zeros(work)
+    put_lanes(S, 0, none)
+    put_lanes(S, 4, none)
+    put_lanes(S, 8, none)
+    put_lanes(S, 12, none)
+
+
+@compile_inline
+def zeros(work):
+    """Return zeros that the compiler does not know as such, so that it does not call the system to write them."""
+    return four(work.tau[0])
