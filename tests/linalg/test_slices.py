@@ -191,7 +191,7 @@ def test_less_memory_than_one_basis():
 
 def test_factors_of_a_pencil_are_those_of_the_matrices():
     K, M, exact = square()
-    pencil, b = Pencil(K, M, 0.0), np.random.default_rng(0).standard_normal(len(exact))
+    pencil, b = Pencil(K, M), np.random.default_rng(0).standard_normal(len(exact))
     for shift in (exact[:2].mean(), 0.3, 0.0):
         x = factorise((K - shift * M).tocsr(), definite=False).solve(b)
         factor = pencil.at(shift)
