@@ -28,7 +28,7 @@ SMALLEST = 340  # modes of a slice: fewer leave Lanczos too short a run, of whic
 BEGIN = 40  # modes of the first slice: it tells how dense they lie, and those far below a shift lose digits
 BLOCK = 12  # right-hand sides at once: more take less time each, but more vectors a mode
 VECTOR = 7.0  # operations a DOF and mode of a slice that keep one mode orthogonal
-MANY = 2.5  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
+MANY = 2.4  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
 OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
 ASTRAY = 0.08  # of half a slice: a shift further from its place is set once more
@@ -39,8 +39,8 @@ NEIGHBOURS = 100  # modes before, to which those that join are made orthogonal
 WIDTH = 32  # modes that join at a time
 TRIES = 4
 # The slices of a pair have the same width in this power of w, so that both need about as many vectors: for 1000 modes
-# of a shell 1044 and 1068, with a power of 1 984 and 1164. The lower one then has more modes.
-GROWTH = 1.5
+# of a shell 1116 and 1152. The lower one then has more modes.
+GROWTH = 1.4
 PLACES = 3  # of a shift: where a root is repeated often, more would bring it ever nearer to that
 BACK = 0.15  # of the way to the shift: what a next try goes less far
 
