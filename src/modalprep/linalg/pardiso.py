@@ -45,6 +45,8 @@ class PardisoFactor:
     A : (n, n) csr
     dtype : float64 or float32
         float32 needs half the memory and gives some six digits.
+    ready : bool
+        Whether it is factorised at once; else only the order of elimination is found, for `refactorise`.
 
     Raises
     ------
@@ -54,7 +56,7 @@ class PardisoFactor:
         When the matrix is singular.
     """
 
-    def __init__(self, A: csr_array, dtype: type = np.float64) -> None:
+    def __init__(self, A: csr_array, dtype: type = np.float64, ready: bool = True) -> None:
         self._scale, self._dtype = equilibrium(A), dtype
         self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
         self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
@@ -68,13 +70,22 @@ class PardisoFactor:
         needed = 1024.0 * max(self._options[PEAK], self._options[PERMANENT] + self._options[FACTOR])
         if needed > available_memory():
             raise MemoryError(needed)
-        self._call(FACTORIZE)
-        self.negative, self.entries = int(self._options[NEGATIVE]), int(self._options[ENTRIES])
+        self.entries = int(self._options[ENTRIES])
+        if ready:
+            self._factorise()
+
+    @property
+    def operations(self) -> float:
+        """Operations of a factorisation, about: twice those of columns of equal length."""
+        return 2.0 * self.entries**2 / self._n
 
     def refactorise(self, A: csr_array) -> None:
         """Factorise another matrix ``A (n, n)`` of the same pattern, with the order of elimination that is known."""
         self._scale = equilibrium(A)
         self._entries = _upper(A, self._scale, self._dtype)[0]
+        self._factorise()
+
+    def _factorise(self) -> None:
         self._call(FACTORIZE)
         self.negative = int(self._options[NEGATIVE])
 

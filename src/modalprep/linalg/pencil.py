@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -18,11 +20,17 @@ class Pencil:
         When the factor does not fit into the memory.
     """
 
-    def __init__(self, K: csr_array, M: csr_array, shift: float) -> None:
+    def __init__(self, K: csr_array, M: csr_array) -> None:
         self._pattern = csr_array((np.abs(K) + np.abs(M)).tocsr())
         self._pattern.sort_indices()
         self._K, self._M = (_entries_on(A, self._pattern) for A in (K, M))
-        self._factor = PardisoFactor(self._matrix(shift))
+        self._factor = PardisoFactor(self._matrix(0.0), ready=False)
+
+    def another(self) -> Pencil:
+        """Return one with a factor of its own."""
+        other = copy(self)
+        other._factor = PardisoFactor(self._matrix(0.0), ready=False)
+        return other
 
     def at(self, shift: float) -> PardisoFactor:
         """Return the factor at a shift; the one before is no longer valid.
@@ -37,11 +45,6 @@ class Pencil:
         except RuntimeError as error:
             raise AccuracyError(f"K - shift M is singular at {shift:.6g}: {error}") from error
         return self._factor
-
-    @property
-    def operations(self) -> float:
-        """Operations of a factorisation, about: twice those of columns of equal length."""
-        return 2.0 * self._factor.entries**2 / self._pattern.shape[0]
 
     def _matrix(self, shift: float) -> csr_array:
         pattern = self._pattern

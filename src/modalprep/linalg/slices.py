@@ -20,14 +20,15 @@ from modalprep.errors import AccuracyError
 from modalprep.linalg.blas import deduct, inner, share_threads
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.lanczos import block_lanczos, columns
+from modalprep.linalg.pardiso import PardisoFactor
 from modalprep.linalg.pencil import Pencil
 
 AT_ONCE = 2  # slices: each has a factor and a basis
-SMALLEST = 320  # modes of a slice: fewer leave Lanczos too short a run, of which some 20 blocks only get it going
-BEGIN = 80  # modes of the first slice at least, of which nothing is below the shift: it is a third of the others
+SMALLEST = 340  # modes of a slice: fewer leave Lanczos too short a run, of which some 20 blocks only get it going
+BEGIN = 40  # modes of the first slice: it tells how dense they lie, and those far below a shift lose digits
 BLOCK = 12  # right-hand sides at once: more take less time each, but more vectors a mode
 VECTOR = 7.0  # operations a DOF and mode of a slice that keep one mode orthogonal
-MANY = 2.5  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
+MANY = 2.4  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
 OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
 ASTRAY = 0.08  # of half a slice: a shift further from its place is set once more
@@ -38,15 +39,15 @@ NEIGHBOURS = 100  # modes before, to which those that join are made orthogonal
 WIDTH = 32  # modes that join at a time
 TRIES = 4
 # The slices of a pair have the same width in this power of w, so that both need about as many vectors: for 1000 modes
-# of a shell 1044 and 1068, with a power of 1 984 and 1164. The lower one then has more modes.
-GROWTH = 1.5
+# of a shell 1116 and 1152. The lower one then has more modes.
+GROWTH = 1.4
 PLACES = 3  # of a shift: where a root is repeated often, more would bring it ever nearer to that
 BACK = 0.15  # of the way to the shift: what a next try goes less far
 
 
-def slice_size(pencil: Pencil, n_dof: int) -> int:
+def slice_size(factor: PardisoFactor, n_dof: int) -> int:
     """Return the modes of a slice that cost as much to keep orthogonal as a factorisation."""
-    return max(SMALLEST, int(np.sqrt(pencil.operations / (VECTOR * n_dof))))
+    return max(SMALLEST, int(np.sqrt(factor.operations / (VECTOR * n_dof))))
 
 
 class Slice(NamedTuple):
@@ -96,7 +97,9 @@ class Slices:
         """Put modes from number `first` (counted from 0) on, in place of those that are there."""
         self.found = min(first + len(w2), self.n)
         self.w2[first : self.found] = w2[: self.found - first]
-        self.phi[:, first : self.found] = phi[:, : self.found - first]
+        middle = (first + self.found) // 2
+        halves = slice(first, middle), slice(middle, self.found)
+        list(self.pool.map(lambda k: np.copyto(self.phi[:, k], phi[:, k.start - first : k.stop - first]), halves))
 
     def advance(self) -> None:
         """Find the modes around the next shifts.
@@ -246,7 +249,7 @@ class Slices:
 
 
 def sliced_modes(
-    K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, size: int = 0
+    K: csr_array, M: csr_array, n: int, factor: PardisoFactor, shift: float, size: int = 0
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the n lowest ``w^2`` and M-orthonormal modes ``(n_dof, n)``; None where one run of Lanczos costs less.
 
@@ -254,7 +257,7 @@ def sliced_modes(
     ----------
     K, M : csr
     n : int
-    factor : Factor
+    factor : PardisoFactor
         Of ``K - shift M``.
     shift : float
         (rad/s)^2, below all modes.
@@ -268,15 +271,13 @@ def sliced_modes(
     MemoryError
         When factors of the slices do not fit into the memory.
     """
-    if not size and n < MANY * SMALLEST:
+    if not size and n < MANY * (size := slice_size(factor, K.shape[0])):
         return None
     with share_threads(AT_ONCE) as pool:
-        pencils = [pool.submit(Pencil, K, M, shift)]  # with as many threads as will use it: PARDISO relies on that
-        if not size and n < MANY * (size := slice_size(pencils[0].result(), K.shape[0])):
-            return None
-        pencils += [pool.submit(Pencil, K, M, shift) for _ in range(AT_ONCE - 1)]
-        slices = Slices(M, [pencil.result() for pencil in pencils], n, size, pool)
-        begin, room = min(n, max(BEGIN, size // 3)), slices.rooms[0]  # alone: it tells how dense they lie
+        pencil = pool.submit(Pencil, K, M).result()  # with as many threads as will use it: PARDISO relies on that
+        others = pool.map(Pencil.another, [pencil] * (AT_ONCE - 1))
+        slices = Slices(M, [pencil, *others], n, size, pool)
+        begin, room = min(n, BEGIN), slices.rooms[0]  # alone: it tells how dense they lie
         slices.put(0, *block_lanczos(factor, M, begin, shift=shift, block=BLOCK, room=room))
         while slices.found < n:
             slices.advance()
