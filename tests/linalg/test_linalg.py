@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, diags_array
 
 import modalprep as mp
 from modalprep.errors import AccuracyError, InputError
-from modalprep.linalg import modes
+from modalprep.linalg import blas, modes
 from modalprep.linalg.blas import add_inner_alone, inner, product, subtract
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.memory import available_memory
@@ -220,3 +220,13 @@ def test_products_of_matrices_however_they_are_stored(n, m, k):
             np.testing.assert_allclose(product(A, B), A @ B, rtol=0, atol=1e-14)
             for W in _stored(rng, n, k):
                 np.testing.assert_allclose(subtract(W, A, B), W - A @ B, rtol=0, atol=1e-14)
+
+
+def test_deductions_piece_by_piece(monkeypatch):
+    """Second implementation: NumPy's product. Sums of seventy terms of size one keep 13 digits."""
+    monkeypatch.setattr(blas, "ROWS", 100)
+    rng = np.random.default_rng(0)
+    B = rng.standard_normal((70, 5))
+    for A in _stored(rng, 250, 70):
+        for W in _stored(rng, 250, 5):
+            np.testing.assert_allclose(subtract(W, A, B), W - A @ B, rtol=0, atol=1e-13)

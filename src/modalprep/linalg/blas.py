@@ -16,6 +16,7 @@ from scipy.linalg import eigh as scipy_eigh
 from modalprep.linalg.pardiso import at, library
 
 BY_COLUMNS = 102  # LAPACKE's name of Fortran's order
+NARROW, ROWS = 16, 20_000  # columns and rows of pieces that stay in the cache: the library packs the whole of A instead
 
 
 def inner(A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -101,7 +102,13 @@ def deduct(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     >>> W.ravel()
     array([ 0., -1.])
     """
-    return _multiply(-1.0, A, B, 1.0, W)
+    if not B.shape[1] <= NARROW < A.shape[1]:
+        return _multiply(-1.0, A, B, 1.0, W)
+    for row in range(0, len(A), ROWS):
+        rows = slice(row, row + ROWS)
+        for k in range(0, A.shape[1], NARROW):
+            _multiply(-1.0, A[rows, k : k + NARROW], B[k : k + NARROW], 1.0, W[rows])
+    return W
 
 
 def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
