@@ -17,7 +17,6 @@ from modalprep.linalg.factor import Factor
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
 DEPENDENT = 1e-10  # squared norm that is left of a new vector, over its own
-CLEAR = 1e-4  # squared norm left, from which on combinations of known products with M have 14 digits
 RESTARTS = 60
 MEMORY = 2e9  # bytes of the basis, where it needs so much
 ROWS = 20_000
@@ -82,7 +81,7 @@ class Krylov:
             coefficient[near] = inner(MV, W)
         near = slice(last - self.M_near[0].shape[1], m)
         deduct(W, self.V[:, near], coefficient[near])
-        W, MW, beta = _orthonormal(W, self.M @ W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
+        W, MW, beta = _orthonormal(W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
         MW, gamma = self._cleaned(W, MW)
         self.M_near, self.size = [self.M_near[1], MW], m + MW.shape[1]
         return coefficient, gamma @ beta
@@ -96,9 +95,7 @@ class Krylov:
         old = self.V[:, : self.locked if self.rests else m]
         far = inner(old, MW)
         self.rests = self.may_rest and not self.rests and bool(np.all(np.abs(far) < FAR))
-        if len(far):
-            MW = self.M @ deduct(W, old, far)
-        return _orthonormal(W, MW, self.M, np.ones(W.shape[1]), self.V[:, m : m + W.shape[1]])[1:]
+        return _orthonormal(deduct(W, old, far), self.M, np.ones(W.shape[1]), self.V[:, m : m + W.shape[1]])[1:]
 
     def combine(self, S: np.ndarray) -> np.ndarray:
         """Return the combinations ``V S``, in place of the first vectors."""
@@ -122,19 +119,19 @@ class Krylov:
 
 
 def _orthonormal(
-    W: np.ndarray, MW: np.ndarray, M: csr_array, before: np.ndarray, out: np.ndarray | None = None
+    W: np.ndarray, M: csr_array, before: np.ndarray, out: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return an M-orthonormal basis Q of W, in `out` where it is given, ``M Q`` and ``Q^T M W``.
 
     Directions below `DEPENDENT` of what W was are dropped; `before` is the squared norm that was taken from it.
     """
+    MW = M @ W
     gram = inner(W, MW)
     D = 1 / np.sqrt(np.maximum(before + gram.diagonal(), np.finfo(float).tiny))
     share, Y = eigh(gram * D * D[:, None])
     new = share > DEPENDENT
     Z = D[:, None] * (Y[:, new] / np.sqrt(share[new]))
-    Q = product(W, Z, None if out is None else out[:, : Z.shape[1]])
-    return Q, product(MW, Z) if np.all(share[new] > CLEAR) else M @ Q, Z.T @ gram
+    return product(W, Z, None if out is None else out[:, : Z.shape[1]]), product(MW, Z), Z.T @ gram
 
 
 def block_lanczos(
