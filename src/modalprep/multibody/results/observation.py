@@ -24,7 +24,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
 )
 from modalprep.multibody.kernels.articulated_body import outward, reactions
-from modalprep.multibody.kernels.closed_loops.constraints import any_rows, constraint_residual, line
+from modalprep.multibody.kernels.closed_loops.constraints import line
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, settle
 from modalprep.multibody.kernels.closed_loops.responses import push_links
 from modalprep.multibody.kernels.energy import body_sums
@@ -85,9 +85,7 @@ def record(eq, columns, times, states, soft, rows):
 def observe(eq, columns, t, y, ydot, row):
     """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in the data."""
     model, data = eq.model, eq.data
-    if any_rows(eq.cons):
-        constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work, True)
-    push_links(eq.cons, model, data, eq.work)
+    push_links(eq.cons, model, data, y, eq.motion, t, eq.work)
     reactions(model, data, columns.reactions)
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]

@@ -41,7 +41,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     sub6,
 )
 from modalprep.multibody.kernels.articulated_body import forward_bias
-from modalprep.multibody.kernels.closed_loops.constraints import COUPLER
+from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
 from modalprep.multibody.kernels.closed_loops.planar import through_planes
 from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, zeros
@@ -244,15 +244,16 @@ def push(model, data, work):
 
 
 @compile_kernel
-def push_links(cons, model, data, work):
+def push_links(cons, model, data, y, motion, t, work):
     """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None.
 
-    After a residual that was `flat` comes `constraint_residual` before; `free` is lost.
+    Planar loops that were evaluated within their plane are measured in space first, and their `free` is lost.
     """
     if work is None:
         return
-    if work.paths.planar:
-        respond(cons, model, data, work, work.tau)  # what planar loops carry out of their plane
+    if work.flat[0]:
+        constraint_residual(cons, model, data, y, motion, t, work, True)
+        respond(cons, model, data, work, work.tau)
     for p in range(len(work.entries)):
         entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
