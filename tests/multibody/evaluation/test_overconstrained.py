@@ -206,6 +206,15 @@ def test_change_points_are_passed_in_any_plane(shape):
             assert_close(run["j1.angle"], -run["j0.angle"], 1e-6, name=f"coupler of {seed}, {start}")
 
 
+@pytest.mark.parametrize(("shape", "start", "seed"), [("parallelogram", 0.7, 1521), ("rhombus", 0.0, 558)])
+def test_implicit_steps_do_not_end_in_change_points(shape, start, seed):
+    """Round-off of these planes once led a step into a change point, where the next ones collapsed."""
+    run = mp.simulate(parallelogram(shape, start, seed), t_end=5.0, rtol=1e-6, method="rosenbrock", output_step=0.02)
+    assert run.status == "done"
+    assert run.stats["energy_error"] < 1e-4
+    assert_close(run["j1.angle"], -run["j0.angle"], 1e-6, name="coupler")
+
+
 @pytest.mark.parametrize(("method", "rtol"), [("explicit", 1e-4), ("explicit", 1e-8), ("rosenbrock", 1e-6)])
 def test_four_bar_in_space_turns_over(method, rtol):
     """Crank rocker of lengths 1, 3, 2.5 and 3.5 with revolute joints, three conditions too many, ten turns."""

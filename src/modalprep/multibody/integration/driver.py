@@ -190,8 +190,8 @@ def _try(eq, run, method, t, h):
 def _hold(eq, run, method, h, t, last):
     """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status.
 
-    A step of the explicit method does not end in a singular position that it can pass, unless it is the `last`: there
-    conditions lose their direction, and round-off decides the accelerations. After one that failed it may end nearer.
+    A step does not end in a singular position that it can pass, unless it is the `last`: there conditions lose their
+    direction, and round-off decides the accelerations. After one that failed it may end nearer.
     """
     normalise(eq.model, run.new)
     if eq.cons is None:
@@ -199,14 +199,15 @@ def _hold(eq, run, method, h, t, last):
     moves = close(eq, t, run.new, 0.0 if method == EXPLICIT else 0.25 * h * h, method == EXPLICIT)
     if moves < 0:
         return OPEN
+    if moves == 0 and method == ALPHA:  # which has no factor of `new`
+        return GOOD
     status = GOOD
     if moves > 0 and method == EXPLICIT:
         run.count[0].evaluations += 1
         status = evaluate(eq, t, run.new, run.newdot)
-    if method == EXPLICIT and not last and near_singular(eq.work, run.clock[0].error == 1.0):
+    if not last and near_singular(eq.work, run.clock[0].error == 1.0):
         return OPEN
-    if moves > 0 or method == EXPLICIT:
-        hold_rank(eq.work)
+    hold_rank(eq.work)
     return status
 
 

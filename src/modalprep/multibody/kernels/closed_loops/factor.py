@@ -14,7 +14,6 @@ from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import (
     WIDTH,
     above,
-    add_lanes,
     first_at_least,
     four,
     get_lanes,
@@ -243,20 +242,17 @@ def _solve_step(work, blocks, k, p):
 
 @compile_inline
 def _solve_back(work, blocks):
-    """Write the multipliers, from the last pivot to the first."""
+    """Write the multipliers, from the last pivot to the first; each is taken off those before it at once."""
     rank, none = work.rank[0], four(0.0)
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
     for k in range(WIDTH * blocks - 1, -1, -1):
         if k >= rank:
             continue
-        total = none
-        for q in range(blocks):
-            total = total + get_lanes(work.factor[at(k)], WIDTH * q) * get_lanes(work.solution, WIDTH * q)
-        x = work.halfway[at(k)] - add_lanes(total)
-        for q in range(blocks):
-            found = with_lane(get_lanes(work.solution, WIDTH * q), work.places[at(k)] - WIDTH * q, x)
-            put_lanes(work.solution, WIDTH * q, found)
+        x, p = work.halfway[at(k)], work.places[at(k)]
+        work.solution[at(p)] = x
+        for j in range(k):
+            work.halfway[at(j)] -= work.factor[at(j)][at(p)] * x
     for p in range(WIDTH * blocks):
         i = work.paths.row[at(p)]
         if i >= 0:

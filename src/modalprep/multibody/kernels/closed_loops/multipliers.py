@@ -21,6 +21,7 @@ from modalprep.multibody.kernels.closed_loops.responses import push, responded, 
 
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 DEEP = 0.01  # accelerations have the round-off of coordinates over the third power of the sine
+CLEAR = 4.0 * DEEP  # clearly not there: a step from here that ends there can pass it, when it is somewhat shorter
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
@@ -53,20 +54,20 @@ def begins_regular(work):
     if work is None:
         return False
     hold_rank(work)
-    return work.sine[0] > 4.0 * DEEP
+    return work.sine[0] > CLEAR
 
 
 @compile_kernel
 def near_singular(work, again):
-    """Return whether the loops came from a regular closed state into a singular position, or near one; no of None.
+    """Return whether a step led the loops into a singular position, or near one, that it can pass; no of None.
 
     `again`: after a step that failed, only a position counts where round-off decides.
     """
     if work is None:
         return False
-    if again:
-        return is_deep(work) and work.sine[1] > SINGULAR
-    return _below(work, SINGULAR) and work.sine[1] > REGULAR
+    if is_deep(work) and work.sine[1] > CLEAR:
+        return True
+    return not again and _below(work, SINGULAR) and work.sine[1] > REGULAR
 
 
 @compile_kernel
