@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
@@ -77,7 +77,9 @@ def _without_exchanges(A: csc_array):
     return lu if rest <= RESIDUAL * np.linalg.norm(b) else None
 
 
-def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
+def factorise(
+    A: csr_array, solver: str = "auto", definite: bool = True, order: np.ndarray | None = None
+) -> Factor:
     """Factorize a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
@@ -89,6 +91,8 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
     definite : bool
         Whether A is positive definite: then a factor in single precision serves where one in double precision does
         not fit into the memory (`MixedFactor`).
+    order : (n,) int32
+        `PardisoFactor.order` of a matrix of about the same pattern.
 
     Returns
     -------
@@ -118,7 +122,8 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
     """
     if solver == "pardiso" and library() is None:
         raise NotInstalledError("PARDISO is not installed here: pip install 'modalprep[fast]', or take solver = 'auto'")
-    kinds = [PardisoFactor, MixedFactor] if definite else [PardisoFactor]
+    in_order = partial(PardisoFactor, order=order)
+    kinds = [in_order, MixedFactor] if definite else [in_order]
     if solver == "superlu" or library() is None:
         kinds = [SuperLUFactor]
     needed = 0.0

@@ -105,11 +105,13 @@ def lowest_modes(
     return Modes(w2, _made_unique(w2, phi if phi.flags.owndata else phi.copy(order="K")), counted)  # a part of a basis
 
 
-def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
+def count_below(
+    K: csr_array, M: csr_array, w2: float, solver: str = "auto", order: np.ndarray | None = None
+) -> int | None:
     """Return how many eigenvalues of ``K phi = w^2 M phi`` lie below `w2`, by Sylvester's law of inertia.
 
     None where the factorisation does not tell (SuperLU, where it is inaccurate without exchanges of rows) or does not
-    fit into the memory.
+    fit into the memory. `order (n,)` is the order of elimination of another shift.
 
     Examples
     --------
@@ -118,7 +120,7 @@ def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> 
     2
     """
     try:
-        return factorise((K - w2 * M).tocsr(), solver, definite=False).negative
+        return factorise((K - w2 * M).tocsr(), solver, definite=False, order=order).negative
     except InputError:
         return None
 
@@ -136,7 +138,7 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found, exist = int(np.sum(w2 < cut)), None
         if not isinstance(factor, MixedFactor):  # a second factor would not fit into the memory
-            exist = count_below(K, M, cut, solver)
+            exist = count_below(K, M, cut, solver, getattr(factor, "order", None))
         if exist is None or exist == found:
             return w2, phi, "" if exist is None else "counted by the inertia of K - w^2 M"
     raise AccuracyError(

@@ -22,8 +22,9 @@ from modalprep.linalg.memory import available_memory
 
 SYMMETRIC_INDEFINITE = -2
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
+GIVEN, WANTED = 1, 2  # of the order of elimination
 ERRORS = {-2: "not enough memory", -4: "zero pivot", -8: "too many nonzeros for 32-bit integers"}
-REFINEMENT, PERTURBATION, SINGLE, ZERO_BASED = 7, 9, 27, 34  # places in the array of options, counted from 0
+ORDER, REFINEMENT, PERTURBATION, SINGLE, ZERO_BASED = 4, 7, 9, 27, 34  # places in the array of options, counted from 0
 PIVOT = (
     13  # pivots below 1e-13 of the largest entry are perturbed; the default of 1e-8 changes thin shells beside thick
 )
@@ -39,6 +40,8 @@ class PardisoFactor:
         Number of negative pivots: the eigenvalues of A below zero (Sylvester's inertia).
     entries : int
         Nonzeros of the factor.
+    order : (n,) int32
+        Of elimination.
 
     Parameters
     ----------
@@ -46,7 +49,9 @@ class PardisoFactor:
     dtype : float64 or float32
         float32 needs half the memory and gives some six digits.
     ready : bool
-        Whether it is factorised at once; else only the order of elimination is found, for `refactorise`.
+        Whether it is factorised at once; else it is only analysed, for `refactorise`.
+    order : (n,) int32
+        Of another matrix of about the same pattern. Finding one takes most of the time of the analysis.
 
     Raises
     ------
@@ -56,7 +61,9 @@ class PardisoFactor:
         When the matrix is singular.
     """
 
-    def __init__(self, A: csr_array, dtype: type = np.float64, ready: bool = True) -> None:
+    def __init__(
+        self, A: csr_array, dtype: type = np.float64, ready: bool = True, order: np.ndarray | None = None
+    ) -> None:
         self._scale, self._dtype = equilibrium(A), dtype
         self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
         self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
@@ -65,6 +72,8 @@ class PardisoFactor:
         if dtype is np.float64:
             self._options[PERTURBATION] = PIVOT
         self._options[ZERO_BASED], self._options[SINGLE] = 1, dtype is np.float32
+        self._options[ORDER] = WANTED if order is None else GIVEN
+        self.order = np.empty(self._n, dtype=np.int32) if order is None else order
         weakref.finalize(self, _release, self._handle, self._options)
         self._call(ANALYSE)
         needed = 1024.0 * max(self._options[PEAK], self._options[PERMANENT] + self._options[FACTOR])
@@ -101,17 +110,17 @@ class PardisoFactor:
 
     def _call(self, phase: int, B: np.ndarray | None = None, X: np.ndarray | None = None) -> None:
         columns = B.shape[1] if B is not None and B.ndim == 2 else 1
-        matrix = (self._entries, self._rows, self._columns)
+        matrix = (self._entries, self._rows, self._columns, self.order)
         _pardiso(self._handle, self._options, phase, self._n, matrix, columns, B, X)
 
 
-def _pardiso(handle, options, phase: int, n: int, matrix=(None, None, None), columns: int = 1, B=None, X=None) -> None:
+def _pardiso(handle, options, phase: int, n: int, matrix=(None,) * 4, columns: int = 1, B=None, X=None) -> None:
     """Call the library; raise RuntimeError with its reason when it fails."""
     one, error = byref(c_int32(1)), c_int32(0)
     sizes = [byref(c_int32(v)) for v in (SYMMETRIC_INDEFINITE, phase, n)]
-    a, ia, ja = (at(part) for part in matrix)
-    tail = (None, byref(c_int32(columns)), at(options), byref(c_int32(0)), at(B), at(X), byref(error))
-    library().pardiso(at(handle), one, one, *sizes, a, ia, ja, *tail)
+    a, ia, ja, order = (at(part) for part in matrix)
+    tail = (byref(c_int32(columns)), at(options), byref(c_int32(0)), at(B), at(X), byref(error))
+    library().pardiso(at(handle), one, one, *sizes, a, ia, ja, order, *tail)
     if error.value:
         raise RuntimeError(ERRORS.get(error.value, f"PARDISO error {error.value}"))
 

@@ -12,7 +12,12 @@ from modalprep.linalg.pardiso import PardisoFactor
 
 
 class Pencil:
-    """``K - shift M`` of symmetric matrices ``(n, n)``, by PARDISO; the order of elimination is found once.
+    """``K - shift M`` of symmetric matrices ``(n, n)``, by PARDISO, in an order of elimination that is known.
+
+    Parameters
+    ----------
+    order : (n,) int32
+        Of the factor at some shift.
 
     Raises
     ------
@@ -20,16 +25,16 @@ class Pencil:
         When the factor does not fit into the memory.
     """
 
-    def __init__(self, K: csr_array, M: csr_array) -> None:
+    def __init__(self, K: csr_array, M: csr_array, order: np.ndarray) -> None:
         self._pattern = csr_array((np.abs(K) + np.abs(M)).tocsr())
         self._pattern.sort_indices()
         self._K, self._M = (_entries_on(A, self._pattern) for A in (K, M))
-        self._factor = PardisoFactor(self._matrix(0.0), ready=False)
+        self._factor = PardisoFactor(self._matrix(0.0), ready=False, order=order)
 
     def another(self) -> Pencil:
         """Return one with a factor of its own."""
         other = copy(self)
-        other._factor = PardisoFactor(self._matrix(0.0), ready=False)
+        other._factor = PardisoFactor(self._matrix(0.0), ready=False, order=self._factor.order)
         return other
 
     def at(self, shift: float) -> PardisoFactor:

@@ -274,7 +274,7 @@ def sliced_modes(
     if not size and n < MANY * (size := slice_size(factor, K.shape[0])):
         return None
     with share_threads(AT_ONCE) as pool:
-        pencil = pool.submit(Pencil, K, M).result()  # with as many threads as will use it: PARDISO relies on that
+        pencil = pool.submit(Pencil, K, M, factor.order).result()  # with as many threads as will use it: PARDISO relies on that
         others = pool.map(Pencil.another, [pencil] * (AT_ONCE - 1))
         slices = Slices(M, [pencil, *others], n, size, pool)
         begin, room = min(n, BEGIN), slices.rooms[0]  # alone: it tells how dense they lie
