@@ -102,7 +102,9 @@ def lowest_modes(
     else:
         factor = factor or factorise((K - shift * M).tocsr(), solver)
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
-    return Modes(w2, _made_unique(w2, phi if phi.flags.owndata else phi.copy(order="K")), counted)  # a part of a basis
+    if phi.base is not None and phi.base.size > phi.size:  # a part of a basis
+        phi = phi.copy(order="K")
+    return Modes(w2, _made_unique(w2, phi), counted)
 
 
 def count_below(

@@ -35,7 +35,7 @@ ASTRAY = 0.08  # of half a slice: a shift further from its place is set once mor
 FLAT = 0.2  # of the mean distance of all modes in w: what a root that is repeated often counts as
 CLOSE = 1e-3  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
-NEIGHBOURS = 100  # modes before, to which those that join are made orthogonal
+NEIGHBOURS = 100  # modes before, to which the first that join are made orthogonal
 WIDTH = 32  # modes that join at a time
 TRIES = 4
 # The slices of a pair have the same width in this power of w, so that both need about as many vectors: for 1000 modes
@@ -85,18 +85,34 @@ class Slices:
     counted: dict = field(default_factory=dict)  # number of modes below a shift: the shift
     w2: np.ndarray = field(init=False)
     phi: np.ndarray = field(init=False)
-    rooms: list[np.ndarray] = field(init=False)  # for the bases of slices, one after the other
 
     def __post_init__(self) -> None:
         """Reserve the arrays."""
         size = self.M.shape[0]
-        self.w2, self.phi = np.empty(self.n), np.empty((size, self.n), order="F")
-        self.rooms = [np.empty((size, columns(size, 2 * self.size, BLOCK)), order="F") for _ in self.pencils]
+        width = columns(size, 2 * self.size, BLOCK)
+        self.w2, self._store = np.empty(self.n), np.empty((self.n + width, size))
+        self.phi = self._store.T[:, : self.n]
+        self._apart = [np.empty((size, width), order="F") for _ in self.pencils[1:]]
+
+    def rooms(self, first: int) -> list[np.ndarray]:
+        """Return memory for bases (n_dof, columns) of slices, the lowest of which starts with mode number `first`.
+
+        Its modes are found where they stay: new pages are slow.
+        """
+        return [self._store.T[:, first:], *self._apart]
+
+    def result(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``w^2`` and all modes (n_dof, n), and give back the memory of bases."""
+        del self.phi, self._apart
+        self._store.resize((self.n, self.M.shape[0]), refcheck=False)
+        return self.w2, self._store.T
 
     def put(self, first: int, w2: np.ndarray, phi: np.ndarray) -> None:
         """Put modes from number `first` (counted from 0) on, in place of those that are there."""
         self.found = min(first + len(w2), self.n)
         self.w2[first : self.found] = w2[: self.found - first]
+        if np.may_share_memory(phi, self.phi):
+            return
         middle = (first + self.found) // 2
         halves = slice(first, middle), slice(middle, self.found)
         list(self.pool.map(lambda k: np.copyto(self.phi[:, k], phi[:, k.start - first : k.stop - first]), halves))
@@ -128,14 +144,16 @@ class Slices:
             slices = self._planned(half, first)
         except AccuracyError:
             return False
-        known = self.w2[first : self.found].copy(), self.phi[:, first : self.found]
+        known = self.w2[first : self.found].copy(), self.phi[:, first : self.found].copy(order="F")
         runs = [
             self.pool.submit(self._modes, part, None if k else known, room)
-            for k, (part, room) in enumerate(zip(slices, self.rooms, strict=False))
+            for k, (part, room) in enumerate(zip(slices, self.rooms(first), strict=False))
         ]
         found = [run.result() for run in runs]
         for k, (part, modes) in enumerate(zip(slices, found, strict=True)):
             if modes is None or not self._join(part, *modes, bool(k)):
+                if not k:
+                    self.phi[:, first : self.found] = known[1]
                 return k > 0
             self.proven = part.factor.negative
         return True
@@ -224,7 +242,7 @@ class Slices:
         cut = 1 + int(np.argmax(np.diff(w2[: self.found - part.first]))) if apart else 0
         first, w2, phi = part.first + cut, w2[cut:], phi[:, cut:]
         before = self.phi[:, max(first - NEIGHBOURS, 0) : first]
-        parts = [phi[:, start : start + WIDTH] for start in range(0, len(w2), WIDTH)]
+        parts = [phi[:, start : start + WIDTH] for start in range(0, min(len(w2), NEIGHBOURS), WIDTH)]
         if not all(self.pool.map(self._joins, [before] * len(parts), parts)):
             return False
         self.put(first, w2, phi)
@@ -277,8 +295,8 @@ def sliced_modes(
         pencil = pool.submit(Pencil, K, M, factor.order).result()  # with as many threads as will use it: PARDISO relies on that
         others = pool.map(Pencil.another, [pencil] * (AT_ONCE - 1))
         slices = Slices(M, [pencil, *others], n, size, pool)
-        begin, room = min(n, BEGIN), slices.rooms[0]  # alone: it tells how dense they lie
+        begin, room = min(n, BEGIN), slices.rooms(0)[0]  # alone: it tells how dense they lie
         slices.put(0, *block_lanczos(factor, M, begin, shift=shift, block=BLOCK, room=room))
         while slices.found < n:
             slices.advance()
-    return slices.w2, slices.phi
+    return slices.result()
