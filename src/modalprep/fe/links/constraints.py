@@ -132,13 +132,14 @@ def _columns_of_unity(n: int, some: np.ndarray) -> csr_array:
     """Return columns, ascending, of the unit matrix of order n."""
     held = np.zeros(n + 1, dtype=np.int32)
     held[some + 1] = 1
-    return csr_array((np.ones(len(some)), np.arange(len(some)), np.cumsum(held)), shape=(n, len(some)))
+    columns, starts = np.arange(len(some), dtype=np.int32), np.cumsum(held, dtype=np.int32)
+    return csr_array((np.ones(len(some)), columns, starts), shape=(n, len(some)))
 
 
 def _matrix(rows: list[np.ndarray], sources: list[np.ndarray], values: list[np.ndarray], n: int) -> csr_array:
     if not rows:
         return csr_array((n, n))
-    place = (np.concatenate(rows), np.concatenate(sources))
+    place = tuple(np.concatenate(numbers).astype(np.int32) for numbers in (rows, sources))
     D = coo_array((np.concatenate(values), place), shape=(n, n)).tocsr()
     D.eliminate_zeros()
     return D
