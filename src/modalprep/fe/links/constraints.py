@@ -79,10 +79,11 @@ class Constraints:
 
     def transferred(self, force: np.ndarray) -> np.ndarray:
         """Return the forces at every DOF with those of its dependent DOFs: ``(1 + D^T + D^T D^T + ...) force``."""
-        total, step = force, force
+        some = np.union1d(np.flatnonzero(np.diff(self.step.indptr)), self.step.indices)
+        pull, total, step = self.step[some][:, some].T, force.copy(), force[some]
         while np.any(step):
-            step = self.step.T @ step
-            total = total + step
+            step = pull @ step
+            total[some] += step
         return total
 
 
