@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery_matrices import recovery_matrices
-from modalprep.body.second_order import with_second_order_mass
+from modalprep.body.second_order import with_lowest_growth, with_second_order_mass
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
@@ -78,8 +78,7 @@ def flexible_body(
     if Phi.shape[0] != model.n_dof:
         raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
     w = 2 * np.pi * reduction.frequency
-    Kg = model.geometric_stiffness.project(reduction.static, reduction.loads, Phi)
-    Kg[:12] += model.rotating_mass.project(Phi)
+    Kg, low = with_lowest_growth(model, reduction, second_order_mass)
     n, interfaces = Phi.shape[1], len(model.interfaces)
     Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
@@ -113,7 +112,7 @@ def flexible_body(
         recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
         provenance={**model.source, **(provenance or {})},
     )
-    return with_second_order_mass(body, model, reduction, second_order_mass)
+    return with_second_order_mass(body, model, reduction, second_order_mass, low)
 
 
 def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dict[str, np.ndarray]:

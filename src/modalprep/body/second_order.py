@@ -14,6 +14,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part
 from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.sparse import times
 from modalprep.reduction.basis import Reduction
 
 SECOND_ORDER = "second_order_mass"  # key of the provenance
@@ -22,9 +23,11 @@ LOWEST = 8  # number of lowest modes compared
 
 
 def with_second_order_mass(
-    body: FlexibleBody, model: FEModel, reduction: Reduction, choice: bool | Literal["auto"]
+    body: FlexibleBody, model: FEModel, reduction: Reduction, choice: bool | Literal["auto"], low: np.ndarray
 ) -> FlexibleBody:
     """Return the body of a reduction with T if requested or significant; its provenance says how significant.
+
+    `low` are the first rows of T, of `with_lowest_growth`.
 
     Examples
     --------
@@ -34,13 +37,13 @@ def with_second_order_mass(
     >>> model = cantilever_model()
     >>> reduction = craig_bampton(model, modes=2)
     >>> body = flexible_body(model, reduction, name="beam", second_order_mass=False)
-    >>> body = with_second_order_mass(body, model, reduction, True)
+    >>> low = modal_mass_growth(model, reduction, slice(2))
+    >>> body = with_second_order_mass(body, model, reduction, True, low)
     >>> body.T.shape == (body.n,) * 3, SECOND_ORDER in body.provenance
     (True, True)
     """
     if choice is False or not body.n or not (body.has_geometric_stiffness or choice is True):
         return body
-    low = modal_mass_growth(model, reduction, slice(min(LOWEST, body.n)))
     share = mass_share(body, low)
     if choice == "auto" and share <= SHARE:
         return body
@@ -51,6 +54,30 @@ def with_second_order_mass(
         f"frequencies of the lowest modes by up to {much}"
     )
     return body.with_(T=T, provenance={SECOND_ORDER: said, **body.provenance})
+
+
+def with_lowest_growth(
+    model: FEModel, reduction: Reduction, choice: bool | Literal["auto"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the geometric stiffness ``(12 + 6 n_if, n, n)`` of the unit loads and the first rows of T ``(k, n, n)``.
+
+    In one projection; k is 0 where `choice` is False.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> model = cantilever_model()
+    >>> Kg, low = with_lowest_growth(model, craig_bampton(model, modes=2, truncation=()), "auto")
+    >>> Kg.shape, low.shape
+    ((24, 2, 2), (2, 2, 2))
+    """
+    Phi, some = reduction.basis, slice(0 if choice is False else LOWEST)
+    static = np.concatenate([reduction.static, reduction.inertial[:, some]], axis=1)
+    loads = np.concatenate([reduction.loads, times(model.M, Phi[:, some])], axis=1)
+    Kg, low = np.split(model.geometric_stiffness.project(static, loads, Phi), [reduction.loads.shape[1]])
+    Kg[:12] += model.rotating_mass.project(Phi)
+    return Kg, model.rotating_mass.project_modes(Phi, some) - low
 
 
 def modal_mass_growth(model: FEModel, reduction: Reduction, some: slice) -> np.ndarray:
@@ -66,7 +93,7 @@ def modal_mass_growth(model: FEModel, reduction: Reduction, some: slice) -> np.n
     True
     """
     Phi = reduction.basis
-    Kg = model.geometric_stiffness.project(reduction.inertial[:, some], model.M @ Phi[:, some], Phi)
+    Kg = model.geometric_stiffness.project(reduction.inertial[:, some], times(model.M, Phi[:, some]), Phi)
     return model.rotating_mass.project_modes(Phi, some) - Kg
 
 

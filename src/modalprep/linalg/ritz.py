@@ -7,13 +7,20 @@ from scipy.linalg import eigh, solve_triangular
 from scipy.sparse import csr_array
 
 from modalprep.linalg.blas import inner, product, subtract
+from modalprep.linalg.sparse import times
 
 DEPENDENT = 1e-12  # share of strain energy that a combination of unit vectors must add to count as a direction
 SOFT = 1e-6  # 1/w^2 over that of the softest: what one diagonalisation finds with ten digits
 MASSLESS = 1e-24  # 1/w^2 over that of the softest: a direction without mass, left out
 
 
-def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def ritz(
+    W: np.ndarray,
+    K: csr_array,
+    M: csr_array,
+    rigid: np.ndarray | None = None,
+    products: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return ``w^2 (k,)`` (ascending) and the span X of W with ``X^T M X = 1``, ``X^T K X = diag(w^2)``.
 
     The vectors are scaled to unit strain energy and freed of dependent combinations (`DEPENDENT`), then the
@@ -29,6 +36,8 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = N
         K positive definite on the span.
     rigid : (n, r)
         M-orthonormal vectors of no strain; they come first in X, with ``w^2 = 0``.
+    products : ((n, k), (n, k)) or None
+        K W and M W, where they are known.
 
     Examples
     --------
@@ -40,8 +49,9 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = N
     w2 = [np.zeros(found.shape[1])]
     while W.shape[1]:
         for _ in range(2 if found.shape[1] else 0):
-            W = subtract(W, found, inner(found, M @ W))
-        flexibility, Y = _flexibility(inner(W, K @ W), inner(W, M @ W))
+            W, products = subtract(W, found, inner(found, times(M, W))), None
+        KW, MW = products or (times(K, W), times(M, W))
+        flexibility, Y = _flexibility(inner(W, KW), inner(W, MW))
         top = max(top, flexibility[0])
         if flexibility[0] <= MASSLESS * top:
             break
@@ -49,7 +59,7 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = N
         w2.append(1 / flexibility[soft])
         new = product(W, Y[:, soft] / np.sqrt(flexibility[soft]))
         found = np.hstack([found, new]) if found.shape[1] else new
-        W = product(W, Y[:, ~soft])
+        W, products = product(W, Y[:, ~soft]), None
     return np.concatenate(w2), _orthonormal(found, M)
 
 
@@ -67,5 +77,5 @@ def _orthonormal(X: np.ndarray, M: csr_array) -> np.ndarray:
     """Remove the last round-off, from the softest on, so that soft vectors hardly change."""
     if X.shape[1] == 0:
         return X
-    upper = solve_triangular(np.linalg.cholesky(inner(X, M @ X)), np.eye(X.shape[1]), lower=True).T
+    upper = solve_triangular(np.linalg.cholesky(inner(X, times(M, X))), np.eye(X.shape[1]), lower=True).T
     return product(X, upper)

@@ -11,6 +11,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import eigh, inner, product
 from modalprep.linalg.modes import unique_modes
 from modalprep.linalg.ritz import ritz
+from modalprep.linalg.sparse import times
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
@@ -98,19 +99,20 @@ def reduced(
     of `spans` (n_free, k) are brought into the coordinates of the basis.
     """
     model = clamped.model
-    w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid)
-    loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
+    products = times(clamped.K, W), times(clamped.M, W)
+    w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid, products)
+    loads = clamped.unit_loads.copy()
     loads[:, 12:18] = 0.0  # the root is clamped
     modes = unique_modes(w2, span)
     if spans is not None:
-        inside = {name: inner(modes, clamped.M @ getattr(spans, name)) for name in ("modes", "others", "answers")}
+        inside = {name: inner(modes, times(clamped.M, getattr(spans, name))) for name in ("modes", "others", "answers")}
         spans = spans._replace(**inside)
     return Reduction(
-        basis=model.C @ modes,
+        basis=times(model.C, modes),
         frequency=np.sqrt(w2) / (2 * np.pi),
         loads=loads,
-        static=clamped.static(loads),
-        inertial=model.C @ _inertial(clamped, W, modes),
+        static=times(model.C, clamped.static_free(model.C.T @ loads, clamped.unit_answers[1])),
+        inertial=times(model.C, _inertial(clamped, W, *products, modes)),
         table=table,
         method=method,
         notes=(*notes, *_mechanism_note(clamped)),
@@ -118,31 +120,41 @@ def reduced(
     )
 
 
-def _inertial(clamped: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
+def _inertial(
+    clamped: Clamped, W: np.ndarray, strain: np.ndarray, inertia: np.ndarray, modes: np.ndarray
+) -> np.ndarray:
     """Return the static responses ``(n_free, n)`` to ``M modes``, from those of the span W of the modes and mechanisms.
 
-    The response to a fixed-interface mode is the mode itself over w^2, apart from the reactions of the interfaces.
+    `strain` and `inertia` are K W and M W. The response to a fixed-interface mode is the mode itself over w^2, apart
+    from the reactions of the interfaces.
     """
-    W, force = _unit_mass(W, clamped)
-    strain = clamped.K @ W
-    quotient = np.einsum("ij,ij->j", W, strain)
-    flexibility = np.divide(1.0, quotient, out=np.zeros_like(quotient), where=quotient > 0)
-    strain *= flexibility
-    left = np.subtract(force, strain, out=strain)
-    left[clamped.b[:6]] = 0.0
-    more = ~(_inside(left, clamped) <= EIGEN * _inside(force, clamped))
-    x = W * flexibility
-    x[:, more] += clamped.static_free(left[:, more])
-    if np.any(left[clamped.b[6:]][:, ~more]):
-        reaction = np.zeros((len(x), np.sum(~more)))
-        reaction[clamped.b] = left[clamped.b][:, ~more]
-        x[:, ~more] += clamped.static_free(reaction)
     loose = clamped.mechanisms
-    span, inertia = np.hstack([W, loose]), np.hstack([force, clamped.M @ loose])
-    share, Y = eigh(inner(span, inertia))
+    x = _responses(clamped, W, strain, inertia)
+    span, force = W, inertia
+    if loose.shape[1]:
+        span, force = np.hstack([W, loose]), np.hstack([inertia, times(clamped.M, loose)])
+    mass = inner(span, force)
+    size = np.sqrt(np.maximum(np.diag(mass), 0.0))
+    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
+    share, Y = eigh(mass * scale * scale[:, None])
     new = share > DEPENDENT * share.max(initial=0.0)
-    factors = Y[:, new] / share[new] @ (Y[:, new].T @ inner(inertia, modes))
-    return product(x, factors[: x.shape[1]])
+    Y = scale[:, None] * Y[:, new]
+    return product(x, (Y / share[new] @ (Y.T @ inner(force, modes)))[: x.shape[1]])
+
+
+def _responses(clamped: Clamped, W: np.ndarray, strain: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    """Return the static responses to ``inertia (n_free, k)`` of vectors W; zero for those without mass."""
+    energy, mass = (np.einsum("ij,ij->j", W, force) for force in (strain, inertia))
+    flexibility = np.divide(mass, energy, out=np.zeros_like(energy), where=energy > 0)
+    left = strain * -flexibility
+    left += inertia
+    left[clamped.b[:6]] = 0.0
+    reaction = left[clamped.b]
+    left[:, _inside(left, clamped) <= EIGEN * _inside(inertia, clamped)] = 0.0
+    left[clamped.b] = reaction
+    x = clamped.static_free(left)
+    x += W * flexibility
+    return x
 
 
 def _inside(x: np.ndarray, clamped: Clamped) -> np.ndarray:
@@ -152,22 +164,6 @@ def _inside(x: np.ndarray, clamped: Clamped) -> np.ndarray:
     norm = np.sqrt(np.einsum("ij,ij->j", x, x))
     x[clamped.b] = held
     return norm
-
-
-def _unit_mass(W: np.ndarray, clamped: Clamped) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vectors with nonzero mass, scaled to unit mass, and their inertia ``M W``."""
-    force = clamped.M @ W
-    mass = np.einsum("ij,ij->j", W, force)
-    heavy, scale = mass > 0, 1 / np.sqrt(mass[mass > 0])
-    return W[:, heavy] * scale, force[:, heavy] * scale
-
-
-def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:
-    """Return unit nodal loads ``(n_dof, k)`` on each of the DOFs."""
-    columns = np.concatenate([np.zeros(0, dtype=int), *dofs])
-    unit = np.zeros((model.n_dof, len(columns)))
-    unit[columns, np.arange(len(columns))] = 1.0
-    return unit
 
 
 def rigid_totals(model: FEModel) -> np.ndarray:

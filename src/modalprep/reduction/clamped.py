@@ -14,6 +14,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import inner, product
 from modalprep.linalg.factor import Factor
+from modalprep.linalg.sparse import times
 
 FREE = 1e-11  # stiffness of an interface direction over that of its DOFs alone: mechanisms have 1e-16 to 2e-12
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
@@ -31,8 +32,6 @@ class Clamped:
     K_ii, M_ii : csr
     factor : Factor
         Of ``K_ii``.
-    Psi : (n_i, n_b)
-        Constraint modes ``-K_ii^-1 K_ib``.
     """
 
     model: FEModel
@@ -43,7 +42,24 @@ class Clamped:
     K_ii: csr_array
     M_ii: csr_array
     factor: Factor
-    Psi: np.ndarray
+
+    @cached_property
+    def _solved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Constraint modes, and the unit loads on the interior DOFs with the answers to them; all in one solution."""
+        from_b = self.K[self.b][:, self.i].toarray().T
+        inside = (self.model.C.T @ self.unit_loads)[self.i]
+        x = self.held(np.hstack([from_b, inside]))
+        return -x[:, : len(self.b)], inside, x[:, len(self.b) :]
+
+    @property
+    def Psi(self) -> np.ndarray:
+        """Constraint modes ``-K_ii^-1 K_ib (n_i, n_b)``."""
+        return self._solved[0]
+
+    @property
+    def unit_answers(self) -> tuple[np.ndarray, np.ndarray]:
+        """`unit_loads` on the interior DOFs and `held` displacements under them, both ``(n_i, 12 + 6 n_if)``."""
+        return self._solved[1:]
 
     @cached_property
     def _released(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -81,18 +97,34 @@ class Clamped:
 
         Where clamping the root leaves mechanisms, these accelerate and their inertia balances the load.
         """
-        return self.model.C @ self.static_free(self.model.C.T @ F)
+        return times(self.model.C, self.static_free(self.model.C.T @ F))
 
-    def static_free(self, f: np.ndarray) -> np.ndarray:
-        """Return `static` among the independent DOFs: displacements ``(n_free, k)`` under ``f (n_free, k)``."""
+    def static_free(self, f: np.ndarray, held: np.ndarray | None = None) -> np.ndarray:
+        """Return `static` among the independent DOFs: displacements ``(n_free, k)`` under ``f (n_free, k)``.
+
+        `held` (n_i, k) are the answers with every fixed interface held, where they are known.
+        """
         shapes, flexibility, loose = self._released
         if loose.shape[1]:
-            f = f - self.M @ (loose @ (loose.T @ f))
+            f, held = f - self.M @ (loose @ (loose.T @ f)), None
         x = product(shapes, flexibility[:, None] * inner(shapes, f))
-        inside = f[self.i]
-        loaded = np.any(inside, axis=0)  # loads on fixed interfaces are not
-        x[:, loaded] += self.expand(self.factor.solve(inside[:, loaded]))
+        x[self.i] += self.held(f[self.i]) if held is None else held
         return x
+
+    def held(self, f: np.ndarray) -> np.ndarray:
+        """Return the displacements ``(n_i, k)`` under ``f (n_i, k)`` with every fixed interface held."""
+        loaded = np.any(f, axis=0)  # loads on fixed interfaces are not
+        if np.all(loaded):
+            return self.factor.solve(f)
+        x = np.zeros_like(f)
+        x[:, loaded] = self.factor.solve(f[:, loaded])
+        return x
+
+    @cached_property
+    def unit_loads(self) -> np.ndarray:
+        """The body's unit loads ``(n_dof, 12 + 6 n_if)``: inertia, then force and moment on each interface."""
+        model = self.model
+        return np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
 
     def expand(self, *x_i: np.ndarray) -> np.ndarray:
         """Expand vectors of interior DOFs, each ``(n_i, k)``, to the independent DOFs, side by side."""
@@ -101,6 +133,14 @@ class Clamped:
         for x, start, end in zip(x_i, ends[:-1], ends[1:], strict=True):
             out[self.i, start:end] = x
         return out
+
+
+def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:
+    """Return unit nodal loads ``(n_dof, k)`` on each of the DOFs."""
+    columns = np.concatenate([np.zeros(0, dtype=int), *dofs])
+    unit = np.zeros((model.n_dof, len(columns)))
+    unit[columns, np.arange(len(columns))] = 1.0
+    return unit
 
 
 def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Clamped:
@@ -122,7 +162,7 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     M.eliminate_zeros()  # the mass of solids does not couple components: a third of the pattern of K
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
-    i = np.setdiff1d(np.arange(K.shape[0]), b)
+    i = np.delete(np.arange(K.shape[0]), b)
     if not len(i):
         raise InputError("every node belongs to a fixed interface, so that no mode is left; fix fewer nodes")
     K_ii, M_ii = (A[i][:, i].tocsr() for A in (K, M))
@@ -131,15 +171,14 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     except AccuracyError:
         raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K_ii, factor, model.free[i])
-    Psi = -factor.solve(K[i][:, b].toarray())
-    return Clamped(model, K, M, b, i, K_ii, M_ii, factor, Psi)
+    return Clamped(model, K, M, b, i, K_ii, M_ii, factor)
 
 
 def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.ndarray) -> None:
     """Refuse a mechanism: inverse iteration finds the softest shape, whose strain energy is then round-off."""
-    x = np.random.default_rng(0).standard_normal(len(dofs))
+    x, diagonal = np.random.default_rng(0).standard_normal(len(dofs)), K.diagonal()
     for _ in range(3):
-        x = factor.solve(K.diagonal() * x)
+        x = factor.solve(diagonal * x)
         x /= np.abs(x).max()
     size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
     if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ (size @ np.abs(x))):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, rigid_totals, unit_loads
+from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
@@ -22,6 +23,13 @@ from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import refuse_other, refuse_unknown
 
 BUILT_IN = ("interfaces", "inertia")  # loads that every body has
+
+
+class InteriorLoads(NamedTuple):
+    """Loads on the interior DOFs and the displacements under them with every fixed interface held, ``(n_i, k)``."""
+
+    force: np.ndarray
+    answer: np.ndarray
 
 
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
@@ -119,12 +127,13 @@ def craig_bampton(
         raise InputError(f"modes = {modes} must not be negative")
     clamped = clamp(model, solver, algebra)
     F = _interior_loads(clamped, loads or {})
-    wanted = _named(F, truncation)
+    for name in truncation:
+        refuse_unknown(name, F, "truncation_vectors: load")
     w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)
     recovered = _recovered(clamped, w2, Phi, F, recovery, keep)
-    table = _candidates(clamped, w2, Phi, keep, np.hstack(list(F.values())), recovered)
-    kept = Phi[:, table.kept]
-    w2_t, X = truncation_vectors(clamped, wanted, w2[table.kept], kept)
+    table = _candidates(clamped, w2, Phi, keep, F, recovered)
+    kept, wanted = Phi[:, table.kept], _side_by_side(F, truncation)
+    w2_t, X = truncation_vectors(clamped, wanted.force, w2[table.kept], kept, wanted.answer)
     notes = (
         *fewer_modes(len(w2), modes, FIXED),
         *completeness(w2, counted, FIXED),
@@ -135,14 +144,14 @@ def craig_bampton(
     W = np.concatenate([clamped.constraint_shapes, clamped.expand(kept, X)], axis=1)
     answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
-    spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted) if recovery else None
+    spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted.answer) if recovery else None
     return reduced("craig_bampton", clamped, W, table, notes, spans=spans)
 
 
-def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, wanted: np.ndarray) -> Spans:
+def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, answers: np.ndarray) -> Spans:
     """Return the kept modes, and what the basis has whatever their number."""
-    answers = clamped.expand(clamped.factor.solve(wanted))
-    return Spans(clamped.expand(kept), np.sqrt(w2) / (2 * np.pi), clamped.constraint_shapes, answers)
+    modes, frequency = clamped.expand(kept), np.sqrt(w2) / (2 * np.pi)
+    return Spans(modes, frequency, clamped.constraint_shapes, clamped.expand(answers))
 
 
 def _recovered(
@@ -151,18 +160,18 @@ def _recovered(
     """Return the shares of the modes in the recoveries; None where `keep` does not use them or there are none."""
     if recovery is None or not recovery.quantities or not recoveries_named(keep)[0]:
         return None
-    users = {name: f for name, f in F.items() if name not in BUILT_IN}
+    users = {name: f.force for name, f in F.items() if name not in BUILT_IN}
     return recovery_shares(recovery, fixed_interface_loads(clamped, w2, Phi, users))
 
 
 def _candidates(
-    clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray, recovered: dict | None
+    clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: Mapping, recovered: dict | None
 ) -> ModeTable:
     """Select the modes; values that cost much are computed only if `keep` uses them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
     mass, total = effective_mass(clamped, Phi)
     table = ModeTable.empty(total).with_rows(FIXED, [""] * len(w2), frequency, mass)
-    static = static_share(F, clamped.factor.solve(F), w2, Phi) if "static" in str(keep) else None
+    static = static_share(*_side_by_side(F, F), w2, Phi) if "static" in str(keep) else None
     coupled = any(name in str(keep) for name in ("controllability", "observability"))
     shares = interface_shares(fixed_coupling(clamped, Phi), w2) if coupled else ()
     controllability, observability = shares or (None, None)
@@ -170,23 +179,30 @@ def _candidates(
     return table.with_(kept=kept, reason=reason)
 
 
-def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Loads ``{name: (n_i, k)}`` on the interior DOFs, scaled to about 1 N in total."""
+def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, InteriorLoads]:
+    """Return the loads by name, scaled to about 1 N in total."""
     model, size = clamped.model, model_size(clamped.model)
-    free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
-    F = {
-        "interfaces": unit_loads(model, free) * np.tile(np.repeat([1.0, size], 3), len(free)),
-        "inertia": model.inertia_loads / (model.rigid.m * np.repeat([1.0, size], [3, 9])),
+    force, answer = clamped.unit_answers
+    free = np.flatnonzero([frame.boundary == "free" for frame in model.interfaces])
+    own = {
+        "interfaces": ((12 + 6 * free[:, None] + range(6)).ravel(), np.tile(np.repeat([1.0, size], 3), len(free))),
+        "inertia": (np.arange(12), 1 / (model.rigid.m * np.repeat([1.0, size], [3, 9]))),
     }
+    inside = {name: InteriorLoads(force[:, k] * scale, answer[:, k] * scale) for name, (k, scale) in own.items()}
     for name, load in loads.items():
-        if name in F:
+        if name in own:
             raise InputError(f"load {name!r} has the name of built-in loads; choose another")
-        F[name] = _user_load(model, name, load)
-    inside = {name: (model.C.T @ f)[clamped.i] for name, f in F.items()}
-    idle = [name for name in loads if not np.any(inside[name])]
-    if idle:
-        raise InputError(f"load {idle[0]!r} acts on fixed interfaces only and has no effect; load other nodes")
+        f = (model.C.T @ _user_load(model, name, load))[clamped.i]
+        if not np.any(f):
+            raise InputError(f"load {name!r} acts on fixed interfaces only and has no effect; load other nodes")
+        inside[name] = InteriorLoads(f, clamped.held(f))
     return inside
+
+
+def _side_by_side(F: Mapping[str, InteriorLoads], names: Iterable[str]) -> InteriorLoads:
+    """Return the loads of these names in one."""
+    none, names = F["inertia"].force[:, :0], dict.fromkeys(names)
+    return InteriorLoads(*(np.hstack([none, *(F[name][k] for name in names)]) for k in range(2)))
 
 
 def _user_load(model: FEModel, name: str, load: np.ndarray) -> np.ndarray:
@@ -198,9 +214,3 @@ def _user_load(model: FEModel, name: str, load: np.ndarray) -> np.ndarray:
     arm[model.dof[:, 3:][model.dof[:, 3:] >= 0]] = model_size(model)
     total = np.sum(np.abs(load) / arm[:, None], axis=0)
     return load / np.where(total > 0, total, 1.0)
-
-
-def _named(F: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
-    for name in names:
-        refuse_unknown(name, F, "truncation_vectors: load")
-    return np.hstack([F["inertia"][:, :0], *(F[name] for name in dict.fromkeys(names))])

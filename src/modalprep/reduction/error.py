@@ -13,7 +13,8 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
-from modalprep.reduction.basis import Reduction, unit_loads
+from modalprep.reduction.basis import Reduction
+from modalprep.reduction.clamped import unit_loads
 from modalprep.reduction.recoveries.error import RecoveryReference, between_resonances
 from modalprep.reduction.table import BODY
 from modalprep.suggest import refuse_other, refuse_unknown

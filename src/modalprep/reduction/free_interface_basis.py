@@ -8,8 +8,8 @@ from modalprep.errors import InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.reduction.basis import Reduction, Spans, reduced, rigid_totals, unit_loads
-from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.basis import Reduction, Spans, reduced, rigid_totals
+from modalprep.reduction.clamped import Clamped, clamp, unit_loads
 from modalprep.reduction.craig_bampton import with_constraint_modes
 from modalprep.reduction.notes import completeness, fewer_modes, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share

@@ -6,13 +6,14 @@ import numpy as np
 
 from modalprep.linalg.blas import inner, subtract
 from modalprep.linalg.ritz import ritz
+from modalprep.linalg.sparse import times
 from modalprep.reduction.clamped import Clamped
 
 ENERGY = 1e-10  # relative to the largest load's static energy: less is round-off or no load
 
 
 def truncation_vectors(
-    clamped: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.ndarray
+    clamped: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.ndarray, answers: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the pseudo-frequencies ``w^2 (k,)`` and vectors ``(n_i, k)`` that make the static responses to F exact.
 
@@ -28,6 +29,8 @@ def truncation_vectors(
         Loads on the interior DOFs, of comparable size (N).
     w2, Phi : (n,), (n_i, n)
         The kept modes.
+    answers : (n_i, m) or None
+        ``K^-1 F``, where it is known.
 
     Examples
     --------
@@ -41,10 +44,10 @@ def truncation_vectors(
     """
     if F.shape[1] == 0:
         return np.zeros(0), np.zeros((Phi.shape[0], 0))
-    X = clamped.factor.solve(F)
+    X = clamped.factor.solve(F) if answers is None else answers
     energy = np.einsum("ij,ij->j", F, X)
     X = subtract(X, Phi, inner(Phi, F) / w2[:, None])
-    X = subtract(X, Phi, inner(Phi, clamped.M_ii @ X))  # repeated against round-off
-    rest = np.einsum("ij,ij->j", X, clamped.K_ii @ X)
+    X = subtract(X, Phi, inner(Phi, times(clamped.M_ii, X)))  # repeated against round-off
+    rest = np.einsum("ij,ij->j", X, times(clamped.K_ii, X))
     X = X[:, rest > ENERGY * max(energy.max(), np.finfo(float).tiny)]
     return ritz(X, clamped.K_ii, clamped.M_ii)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from math import ceil
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -13,14 +14,15 @@ from modalprep.fe.assembly.sparse_kernels import products
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.corotation import Corotational
-from modalprep.fe.elements.kernels import ahead
+from modalprep.fe.elements.kernels import THREADS, ahead
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.links.constraints import Constraints
 from modalprep.linalg.blas import add_inner_alone
 
-COLUMNS, ROWS = 32, 512  # of the basis and of the matrices at a time
-CACHED = 64  # rows whose forces caches keep
-BYTES = 3e8  # of the matrices of a batch of prestresses
+COLUMNS, WIDTH = 80, 20  # of the basis at a time, and of those in one dense product, which begins at the diagonal
+ROWS = 96  # of the basis in a dense product, whose forces caches keep
+FEW, MANY = 8, 48  # prestresses of a thread: products of fewer take longer, and caches do not keep those of more
+BYTES = 6e8  # of the matrices of all threads
 AT_ONCE = 500_000  # numbers of element matrices held in memory: 4 MB, which caches keep
 
 
@@ -57,28 +59,25 @@ class GeometricStiffness:
         """
         out = np.zeros((loads.shape[1], Phi.shape[1], Phi.shape[1]))
         active = np.flatnonzero(np.any(loads, axis=0))
+        if not len(active):
+            return out
         solid = [block for block in self.blocks if hasattr(block, "geometric_scalar")]
         other = [block for block in self.blocks if not hasattr(block, "geometric_scalar")]
-        graph, reused = self.pattern.graph, np.zeros(0)
-        for some in _batches(active, graph.nnz) if solid else ():
-            data = reused = self._over_nodes(solid, static[:, some], reused)
-            out[some] += _projected(graph.indptr, graph.indices, data, self.dof[:, :3], Phi)
-        for some in _batches(active, len(self.pattern.indices)) if other else ():
-            data = self._over_dofs(other, static[:, some])
-            rows = np.arange(len(Phi))[:, None]
-            out[some] += _projected(self.pattern.indptr, self.pattern.indices, data, rows, Phi)
+        if solid:
+            run = partial(self._over_nodes, solid)
+            for some, part in _shared(run, self.pattern.graph, self.dof[:, :3], static, active, Phi):
+                out[some] += part
+        if other:
+            run, dofs = partial(self._over_dofs, other), np.arange(len(Phi))[:, None]
+            for some, part in _shared(run, self.pattern, dofs, static, active, Phi):
+                out[some] += part
         if self.constraints.links:
             out[active] += self._projected_links(static[:, active], loads[:, active], Phi)
-        return np.tril(out) + np.tril(out, -1).transpose(0, 2, 1)
+        return out
 
-    def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray, reused: np.ndarray) -> np.ndarray:
-        """Return ``data (graph.nnz, k)`` over nodes of solids, for displacements ``d (n_dof, k)``.
-
-        It takes the memory of an array that is no longer needed, where that suffices.
-        """
-        shape = self.pattern.graph.nnz, d.shape[1]
-        data = (reused if reused.size >= np.prod(shape) else np.empty(shape)).ravel()[: np.prod(shape)].reshape(shape)
-        data[:] = 0.0
+    def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray) -> np.ndarray:
+        """Return ``data (graph.nnz, k)`` over nodes of solids, for displacements ``d (n_dof, k)``."""
+        data = np.zeros((self.pattern.graph.nnz, d.shape[1]))
         for block in blocks:
             ne, nn = block.nodes.shape
             step = max(1, int(AT_ONCE / (nn * nn * d.shape[1])))
@@ -101,14 +100,13 @@ class GeometricStiffness:
         rows = np.concatenate([np.flatnonzero(np.diff(step.indptr)), *(np.append(x.dofs, x.frame) for x in links)])
         rows, held = np.unique(rows[rows >= 0]), np.zeros_like(loads)
         held[rows] = self.K[rows] @ static - loads[rows]
-        total, out = self.constraints.transferred(held), np.zeros((held.shape[1], Phi.shape[1], Phi.shape[1]))
+        total, turns, moments = self.constraints.transferred(held), [], []
         for link in self.constraints.links:
-            turn = Phi[link.frame[3:]]
-            for k, form in enumerate(out):
-                K, between, others = link.geometric_stiffness(total[:, k])
-                half = turn.T @ (K @ turn / 2 + between @ Phi[others])
-                form += half + half.T
-        return out
+            K, between, others = link.geometric_stiffness(total)
+            turns.append(Phi[link.frame[3:]])
+            moments.append(K @ turns[-1] / 2 + between @ Phi[others])
+        half = np.concatenate(turns).T @ np.concatenate(moments, axis=1)
+        return half + half.transpose(0, 2, 1)
 
     def of_links(self, held: np.ndarray) -> csr_array:
         """Return the part of the links, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
@@ -116,7 +114,7 @@ class GeometricStiffness:
         total = self.constraints.transferred(held)
         rows, cols, values = [], [], []
         for link in self.constraints.links:
-            K, between, others = link.geometric_stiffness(total)
+            K, between, others = link.geometric_stiffness(total[:, None])
             turn = link.frame[3:]
             first = np.concatenate([np.repeat(turn, 3), np.repeat(turn, len(others))])
             second = np.concatenate([np.tile(turn, 3), np.tile(others, 3)])
@@ -140,33 +138,46 @@ def _stiffnesses(block: Block, d: np.ndarray) -> Iterator[np.ndarray]:
         yield values
 
 
-def _batches(active: np.ndarray, entries: int) -> Iterator[np.ndarray]:
-    size = max(1, int(BYTES / (8 * entries)))
-    return (active[k : k + size] for k in range(0, len(active), size))
+def _shared(matrices, pattern, dofs, static, active, Phi) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield numbers of prestresses and their ``Phi^T A_k Phi (k, n, n)``; threads share the prestresses.
+
+    ``matrices(d)`` are the entries ``(nnz, k)`` on a pattern, each applied to every column of ``dofs (m, w)``.
+    """
+    most = min(MANY, max(1, int(BYTES / (8 * THREADS * len(pattern.indices)))))
+    least, even = ceil(len(active) / most), THREADS * ceil(len(active) / (THREADS * most))
+    groups = np.array_split(active, max(least, min(even, len(active) // FEW)))
+    run = partial(_projected, pattern.indptr, pattern.indices, dofs=dofs, Phi=Phi)
+    return zip(groups, ahead(lambda some: run(matrices(static[:, some])), groups), strict=True)
 
 
 def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: np.ndarray, Phi: np.ndarray):
-    """Return the lower triangles ``(k, n, n)`` of ``Phi^T A_k Phi``, in blocks of columns and rows.
-
-    ``data (nnz, k)`` of matrices of one pattern, each applied to every column of ``dofs (m, w)``, the rows of Phi.
-    """
+    """Return ``Phi^T A_k Phi (k, n, n)`` for ``data (nnz, k)``, by the calling thread alone."""
     n, k = Phi.shape[1], data.shape[1]
-    out = np.zeros((k, n, n))
-    for J in (slice(j, min(j + COLUMNS, n)) for j in range(0, n, COLUMNS)):
-        share = partial(_share, indptr, indices, data, Phi[:, J][dofs.T], dofs, Phi[:, J.start :])
-        for part in ahead(share, range(0, len(dofs), ROWS)):
-            out[:, J.start :, J] += part.transpose(1, 0, 2)
+    out, ends = np.empty((k, n, n)), np.linspace(0, n, ceil(n / COLUMNS) + 1).astype(int)
+    for J in map(slice, ends[:-1], ends[1:]):
+        for first, total in _lower(indptr, indices, data, dofs, Phi, J):
+            part = total.reshape(len(total), -1, k).transpose(2, 0, 1)
+            columns = slice(first, first + part.shape[2])
+            out[:, first:, columns], out[:, columns, first:] = part, part.transpose(0, 2, 1)
+            square = out[:, columns, columns]
+            square[:] = (square + square.transpose(0, 2, 1)) / 2
     return out
 
 
-def _share(indptr, indices, data, X, dofs, Phi, first: int) -> np.ndarray:
-    """Return what `ROWS` rows from `first` on add to ``Phi^T A_k X (n, k, b)``, by the calling thread alone."""
-    k, (w, m, b) = data.shape[1], X.shape
-    total, force = np.zeros((Phi.shape[1], k * b)), np.empty((CACHED, w, k, b))
-    end = min(first + ROWS, m)
-    for start in range(first, end, CACHED):
-        rows = slice(start, min(start + CACHED, end))
-        left = Phi[dofs[rows]]
-        products(start, rows.stop, indptr, indices, data, X, force)
-        add_inner_alone(left.reshape(-1, left.shape[2]), force[: len(left)].reshape(-1, k * b), total)
-    return total.reshape(-1, k, b)
+def _lower(indptr, indices, data, dofs, Phi, J: slice) -> list[tuple[int, np.ndarray]]:
+    """Return the columns J of ``Phi^T A_k Phi`` from the diagonal on: first columns, and ``(n', b k)`` of some.
+
+    Rows of nodes that do not move are left out.
+    """
+    k, w, b = data.shape[1], dofs.shape[1], J.stop - J.start
+    X, moving = Phi[:, J][dofs.T], np.flatnonzero(np.any(np.any(Phi, axis=1)[dofs], axis=1))
+    found = [(j, np.zeros((Phi.shape[1] - j, min(WIDTH, J.stop - j) * k))) for j in range(J.start, J.stop, WIDTH)]
+    force = np.empty((max(1, ROWS // w), w, b, k))
+    for start in range(0, len(moving), len(force)):
+        rows = moving[start : start + len(force)]
+        products(rows, indptr, indices, data, X, force)
+        left, right = Phi[dofs[rows]].reshape(-1, Phi.shape[1]), force[: len(rows)].reshape(-1, b * k)
+        for j, total in found:
+            place = (j - J.start) * k
+            add_inner_alone(left[:, j:], right[:, place : place + total.shape[1]], total)
+    return found

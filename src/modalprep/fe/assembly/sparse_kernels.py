@@ -87,23 +87,23 @@ def add_functions(lo, hi, indptr, neighbour, products, place, data):
 
 
 @compile_allocating
-def products(lo, hi, indptr, indices, data, X, force):
-    """Set ``force (hi - lo, w, k, b)`` to the rows ``lo <= row < hi`` of ``A_k X``.
+def products(rows, indptr, indices, data, X, force):
+    """Set ``force (len(rows), w, b, k)`` to some rows of ``A_k X``.
 
     ``data (nnz, k)`` of matrices of one CSR pattern, ``X (w, m, b)``. Of each row, dense products of all matrices with
     what it touches of X.
     """
     longest = 0
-    for row in range(lo, hi):
+    for row in rows:
         longest = max(longest, indptr[row + 1] - indptr[row])
     touched = np.empty((longest, X.shape[2]))
-    for row in range(lo, hi):
-        start, count = indptr[row], indptr[row + 1] - indptr[row]
+    for r in range(len(rows)):
+        start, count = indptr[rows[r]], indptr[rows[r] + 1] - indptr[rows[r]]
         for w in range(len(X)):
             for p in range(count):
                 for b in range(X.shape[2]):
                     touched[p, b] = X[w, indices[start + p], b]
-            np.dot(data[start : start + count].T, touched[:count], force[row - lo, w])
+            np.dot(touched[:count].T, data[start : start + count], force[r, w])
 
 
 @compile_allocating

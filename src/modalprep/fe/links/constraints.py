@@ -79,10 +79,11 @@ class Constraints:
 
     def transferred(self, force: np.ndarray) -> np.ndarray:
         """Return the forces at every DOF with those of its dependent DOFs: ``(1 + D^T + D^T D^T + ...) force``."""
-        total, step = force, force
+        some = np.union1d(np.flatnonzero(np.diff(self.step.indptr)), self.step.indices)
+        pull, total, step = self.step[some][:, some].T, force.copy(), force[some]
         while np.any(step):
-            step = self.step.T @ step
-            total = total + step
+            step = pull @ step
+            total[some] += step
         return total
 
 
@@ -132,13 +133,14 @@ def _columns_of_unity(n: int, some: np.ndarray) -> csr_array:
     """Return columns, ascending, of the unit matrix of order n."""
     held = np.zeros(n + 1, dtype=np.int32)
     held[some + 1] = 1
-    return csr_array((np.ones(len(some)), np.arange(len(some)), np.cumsum(held)), shape=(n, len(some)))
+    columns, starts = np.arange(len(some), dtype=np.int32), np.cumsum(held, dtype=np.int32)
+    return csr_array((np.ones(len(some)), columns, starts), shape=(n, len(some)))
 
 
 def _matrix(rows: list[np.ndarray], sources: list[np.ndarray], values: list[np.ndarray], n: int) -> csr_array:
     if not rows:
         return csr_array((n, n))
-    place = (np.concatenate(rows), np.concatenate(sources))
+    place = tuple(np.concatenate(numbers).astype(np.int32) for numbers in (rows, sources))
     D = coo_array((np.concatenate(values), place), shape=(n, n)).tocsr()
     D.eliminate_zeros()
     return D

@@ -121,38 +121,38 @@ class PlacedLink:
         return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
 
     def geometric_stiffness(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Work of the link's forces on its second-order motion.
+        """Work of the link's forces on its second-order motion, of each of k states.
 
-        Returns ``(3, 3)`` on the rotations of the frame, ``(3, m)`` between these and other DOFs, and those DOFs
+        Returns ``(k, 3, 3)`` on the rotations of the frame, ``(k, 3, m)`` between these and other DOFs, and those DOFs
         ``(m,)``, none of an rbe2.
 
-        `held (n_dof,)` is the force that holds each DOF, with the forces that it transfers to others. The force of an
+        `held (n_dof, k)` is the force that holds each DOF, with the forces that it transfers to others. The force of an
         rbe3 acts on an arm, because the mean of a rotated node set rotates about its centroid; the moment does work on
         the second order of the mean rotation (`_mean_rotation`).
         """
-        turn = self.frame[3:]
         if self.kind == "rbe2":
-            return link_geometric_stiffness(self._forces(held), self.arm), np.zeros((3, 0)), turn[:0]
-        wrench = self._wrench(held)
+            force = self._forces(held)
+            return link_geometric_stiffness(force, self.arm), np.zeros((len(force), 3, 0)), self.frame[:0]
+        force, moment = np.split(self._wrench(held), 2, axis=1)
         centroid = self.weights @ self.arm / self.weights.sum()
-        K, between = self._mean_rotation(self.arm - centroid, wrench[3:] - np.cross(centroid, wrench[:3]))
-        K += link_geometric_stiffness(wrench[None, :3], centroid[None])
+        K, between = self._mean_rotation(self.arm - centroid, moment - np.cross(centroid, force))
+        K += link_geometric_stiffness(force[:, None], centroid[None])
         return K, between, self.dofs[:, :3].ravel()
 
     def _forces(self, held: np.ndarray) -> np.ndarray:
-        """Forces (k, 3) that hold the nodes of an rbe2, along the components that follow."""
-        force = np.where(self._straight[:, :3], held[self.dofs[:, :3]], 0.0)
-        for k, follows in self._oblique.items():
-            force[k] = held[self.dofs[k, follows.place]] @ follows.W[:, :3]
+        """Forces (k, m, 3) that hold the nodes of an rbe2, along the components that follow."""
+        force = np.where(self._straight[:, :3], np.moveaxis(held[self.dofs[:, :3]], 2, 0), 0.0)
+        for node, follows in self._oblique.items():
+            force[:, node] = held[self.dofs[node, follows.place]].T @ follows.W[:, :3]
         return force
 
     def _wrench(self, held: np.ndarray) -> np.ndarray:
-        """Force and moment (6,) of an rbe3's frame on its nodes, about the frame, by what holds the dependent DOFs."""
+        """Force and moment (k, 6) of an rbe3 frame on its nodes, about the frame, by what holds the dependent DOFs."""
         if not self.keeps_frame:
-            return -held[self.frame[self._frame.place]] @ self._frame.W
+            return -held[self.frame[self._frame.place]].T @ self._frame.W
         G, nodal = self.average()
         chosen = _independent_columns(G)
-        return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]])
+        return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]]).T
 
     def follow(self, d: np.ndarray) -> None:
         """Set the dependent ones of the finite displacements ``d (n_dof,)``, rotation vectors at nodes."""
@@ -179,15 +179,15 @@ class PlacedLink:
         return np.concatenate([w @ place - turn.apply(w @ self.arm), turn.as_rotvec()])
 
     def _mean_rotation(self, r: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Work of a moment on the second order of the rotation that fits nodes at r about their centroid best.
+        """Work of moments (k, 3) on the second order of the rotation that fits nodes at r about their centroid best.
 
         The rotation R of least squares has ``sum w (R r) x (r + u) = 0``, so that its vector is t with
         ``S t = sum w [r x u + (t x r) x u] - (E t) x t / 2`` to second order, ``E = sum w r r^T``, ``S = tr(E) - E``.
         """
         E = np.einsum("k,ka,kb->ab", self.weights, r, r)
-        mu = skew(np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True) @ moment)
-        between = (self.weights[:, None, None] * skew(r) @ mu).transpose(1, 0, 2).reshape(3, -1)
-        return (mu @ E - E @ mu) / 2, between
+        mu = skew(moment @ np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True).T)
+        between = self.weights[:, None, None] * skew(r) @ mu[:, None]
+        return (mu @ E - E @ mu) / 2, between.transpose(0, 2, 1, 3).reshape(len(mu), 3, -1)
 
 
 def _independent_columns(G: np.ndarray) -> np.ndarray:

@@ -10,7 +10,8 @@ import numpy as np
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.fields import Fields
 from modalprep.fe.recovery.recover import ModelRecovery
-from modalprep.reduction.basis import Reduction, unit_loads
+from modalprep.reduction.basis import Reduction
+from modalprep.reduction.clamped import unit_loads
 from modalprep.reduction.dropped import DroppedModes, dropped_modes
 from modalprep.reduction.participation import model_size
 from modalprep.reduction.recoveries.unit_loads import ACCELERATION, NEGLIGIBLE, unit_columns

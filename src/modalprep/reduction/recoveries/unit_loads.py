@@ -9,8 +9,7 @@ import numpy as np
 
 from modalprep.fe.recovery.fields import Fields, Quantity
 from modalprep.linalg.blas import inner
-from modalprep.reduction.basis import unit_loads
-from modalprep.reduction.clamped import Clamped
+from modalprep.reduction.clamped import Clamped, unit_loads
 from modalprep.reduction.participation import model_size
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.vectors import skew
