@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import AccuracyError
 from modalprep.linalg.blas import deduct, eigh, inner, product
 from modalprep.linalg.factor import Factor
+from modalprep.linalg.sparse import times
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
 DEPENDENT = 1e-10  # squared norm that is left of a new vector, over its own
@@ -63,7 +64,7 @@ class Krylov:
         self.V[:, :k] = phi
         self.H[np.arange(k), np.arange(k)] = theta
         self.size = self.locked = k
-        self.M_near = [self.M @ self.V[:, :k], np.zeros((len(phi), 0))]
+        self.M_near = [times(self.M, self.V[:, :k]), np.zeros((len(phi), 0))]
 
     def append(self, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Orthonormalise W against the basis and itself and append what is new.
@@ -115,7 +116,7 @@ class Krylov:
         self.H[k : k + tail, :k] = coupling
         self.H[:k, k : k + tail] = coupling.T
         self.size = self.locked = k + tail
-        self.M_near, self.rests = [self.M @ self.V[:, :k], self.M_near[1]], False
+        self.M_near, self.rests = [times(self.M, self.V[:, :k]), self.M_near[1]], False
 
 
 def _orthonormal(
@@ -125,7 +126,7 @@ def _orthonormal(
 
     Directions below `DEPENDENT` of what W was are dropped; `before` is the squared norm that was taken from it.
     """
-    MW = M @ W
+    MW = times(M, W)
     gram = inner(W, MW)
     D = 1 / np.sqrt(np.maximum(before + gram.diagonal(), np.finfo(float).tiny))
     share, Y = eigh(gram * D * D[:, None])
@@ -192,7 +193,7 @@ def block_lanczos(
     space = Krylov(M, capacity + block, may_rest=below > 0, room=room)
     space.lock(1 / (w2 - shift), phi)
     start = np.random.default_rng(len(w2)).standard_normal((M.shape[0], block))
-    space.append(factor.solve(M @ start))
+    space.append(factor.solve(times(M, start)))
     for _ in range(RESTARTS):
         theta, S, rest = _expand(space, factor, n, below, capacity)
         done, tail = _converged(theta[:n], rest[:, :n]), len(rest)

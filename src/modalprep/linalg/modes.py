@@ -16,6 +16,7 @@ from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.pardiso import PardisoFactor, equilibrium
 from modalprep.linalg.slices import sliced_modes
+from modalprep.linalg.sparse import times
 
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
 RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
@@ -170,7 +171,7 @@ def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, facto
             return w2, phi
         if factor is None or sweep == SWEEPS:
             break
-        w2, phi = _ritz(K, M, phi - factor.solve(K @ phi - (M @ phi) * w2))
+        w2, phi = _ritz(K, M, phi - factor.solve(times(K, phi) - times(M, phi) * w2))
     raise AccuracyError(
         f"mode {mode + 1} of {len(w2)} is not accurate (residual {ratio:.1e} times what is allowed, "
         f"orthogonality {gram:.1e}); check the mesh for very thin or stiff parts"
@@ -283,21 +284,21 @@ def _size_of_rows(M: csr_array, phi: np.ndarray) -> float:
     a third of the norm. If it exceeds what is allowed, the caller looks at every entry.
     """
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (phi.shape[1], PROBES))
-    error = inner(phi, M @ product(phi, signs)) - signs
+    error = inner(phi, times(M, product(phi, signs))) - signs
     return SURE * float(np.sqrt(np.mean(error**2, axis=1).max()))
 
 
 def _gram_error(M: csr_array, phi: np.ndarray, part: slice) -> float:
     """Return the largest error of orthonormality of some modes to those up to them."""
     before = phi[:, : part.stop]
-    return float(np.abs(inner(before, M @ phi[:, part]) - np.eye(before.shape[1])[:, part]).max())
+    return float(np.abs(inner(before, times(M, phi[:, part])) - np.eye(before.shape[1])[:, part]).max())
 
 
 def _ratios(K: csr_array, M: csr_array, scale: np.ndarray, w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
     """Return the residuals of some modes over what is allowed."""
     phi = np.ascontiguousarray(phi)
-    inertial = scale * w2 * (M @ phi)
-    residual = np.linalg.norm(scale * (K @ phi) - inertial, axis=0)
+    inertial = scale * w2 * times(M, phi)
+    residual = np.linalg.norm(scale * times(K, phi) - inertial, axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0)
     if not np.all(residual < allowed):
         size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)

@@ -22,6 +22,7 @@ from modalprep.linalg.factor import Factor
 from modalprep.linalg.lanczos import block_lanczos, columns
 from modalprep.linalg.pardiso import PardisoFactor
 from modalprep.linalg.pencil import Pencil
+from modalprep.linalg.sparse import times
 
 AT_ONCE = 2  # slices: each has a factor and a basis
 SMALLEST = 340  # modes of a slice: fewer leave Lanczos too short a run, of which some 20 blocks only get it going
@@ -39,8 +40,8 @@ NEIGHBOURS = 100  # modes before, to which the first that join are made orthogon
 WIDTH = 32  # modes that join at a time
 TRIES = 4
 # The slices of a pair have the same width in this power of w, so that both need about as many vectors: for 1000 modes
-# of a shell 1116 and 1152. The lower one then has more modes.
-GROWTH = 1.4
+# of a shell 1140 and 1116. The lower one then has more modes.
+GROWTH = 1.45
 PLACES = 3  # of a shift: where a root is repeated often, more would bring it ever nearer to that
 BACK = 0.15  # of the way to the shift: what a next try goes less far
 
@@ -67,7 +68,7 @@ class Slices:
     ----------
     M : (n_dof, n_dof) csr
     pencils : list of Pencil
-        Of the slices that are found at once.
+        Of the slices that are found at once; the first modes need none.
     n : int
         Modes wanted.
     size : int
@@ -92,7 +93,7 @@ class Slices:
         width = columns(size, 2 * self.size, BLOCK)
         self.w2, self._store = np.empty(self.n), np.empty((self.n + width, size))
         self.phi = self._store.T[:, : self.n]
-        self._apart = [np.empty((size, width), order="F") for _ in self.pencils[1:]]
+        self._apart = [np.empty((size, width), order="F") for _ in range(AT_ONCE - 1)]
 
     def rooms(self, first: int) -> list[np.ndarray]:
         """Return memory for bases (n_dof, columns) of slices, the lowest of which starts with mode number `first`.
@@ -250,7 +251,7 @@ class Slices:
 
     def _joins(self, before: np.ndarray, phi: np.ndarray) -> bool:
         """Make modes orthogonal to those before; return whether they nearly were."""
-        common = inner(before, self.M @ phi)
+        common = inner(before, times(self.M, phi))
         deduct(phi, before, common)
         return bool(np.all(np.abs(common) < AGAIN))
 
@@ -264,6 +265,12 @@ class Slices:
         """Whether a mode is too near to the shift, by inverse iteration."""
         x = factor.solve(self.M @ np.random.default_rng(0).standard_normal(len(self.phi)))
         return not np.linalg.norm(x) > CLOSE * self._distance * np.linalg.norm(factor.solve(self.M @ x))
+
+
+def _pencils(K: csr_array, M: csr_array, factor: PardisoFactor) -> list[Pencil]:
+    """Return one for each slice of a pair, analysed with as many threads as will use it: PARDISO relies on that."""
+    pencil = Pencil(K, M, factor.order)
+    return [pencil, *(pencil.another() for _ in range(AT_ONCE - 1))]
 
 
 def sliced_modes(
@@ -292,11 +299,11 @@ def sliced_modes(
     if not size and n < MANY * (size := slice_size(factor, K.shape[0])):
         return None
     with share_threads(AT_ONCE) as pool:
-        pencil = pool.submit(Pencil, K, M, factor.order).result()  # with as many threads as will use it: PARDISO relies on that
-        others = pool.map(Pencil.another, [pencil] * (AT_ONCE - 1))
-        slices = Slices(M, [pencil, *others], n, size, pool)
+        pencils = pool.submit(_pencils, K, M, factor)
+        slices = Slices(M, [], n, size, pool)
         begin, room = min(n, BEGIN), slices.rooms(0)[0]  # alone: it tells how dense they lie
         slices.put(0, *block_lanczos(factor, M, begin, shift=shift, block=BLOCK, room=room))
+        slices.pencils.extend(pencils.result())
         while slices.found < n:
             slices.advance()
     return slices.result()
