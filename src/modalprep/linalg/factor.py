@@ -77,9 +77,7 @@ def _without_exchanges(A: csc_array):
     return lu if rest <= RESIDUAL * np.linalg.norm(b) else None
 
 
-def factorise(
-    A: csr_array, solver: str = "auto", definite: bool = True, order: np.ndarray | None = None
-) -> Factor:
+def factorise(A: csr_array, solver: str = "auto", definite: bool = True, order: np.ndarray | None = None) -> Factor:
     """Factorize a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
