@@ -43,6 +43,7 @@ from modalprep.multibody.kernels.closed_loops.multipliers import (
     constraint_power,
 )
 from modalprep.multibody.kernels.closed_loops.planar import moving_residual
+from modalprep.multibody.kernels.closed_loops.planar_tree import inward_of_closed
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.interfaces import world
@@ -179,7 +180,7 @@ def respond(eq, t, y, ydot):
     closed = any_rows(eq.cons)
     if closed:
         moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
-    status = inward(model, data, eq.tau, None, 0.0, 0.0)
+    status = inward_of_closed(model, data, eq.work, eq.tau)
     if status >= 0:
         return status
     if closed:

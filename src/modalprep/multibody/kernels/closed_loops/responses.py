@@ -40,7 +40,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put6,
     sub6,
 )
-from modalprep.multibody.kernels.articulated_body import forward_bias
+from modalprep.multibody.kernels.articulated_body import forward_bias, inward
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
 from modalprep.multibody.kernels.closed_loops.planar import through_planes
@@ -69,7 +69,8 @@ def respond(cons, model, data, work, tau):
 def responded(cons, model, data, work, tau):
     """Do as `respond` within another kernel."""
     if work.flat[0]:
-        through_planes(model, data, work, tau)
+        if not work.paths.in_plane:  # else `inward_of_closed` did
+            through_planes(model, data, work, tau)
         return
     _act_on_ends(cons, model, data, work)
     for p in range(len(work.entries)):
@@ -244,16 +245,21 @@ def push(model, data, work):
 
 
 @compile_kernel
-def push_links(cons, model, data, y, motion, t, work):
+def push_links(cons, model, data, y, motion, t, work, tau):
     """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None.
 
-    Planar loops that were evaluated within their plane are measured in space first, and their `free` is lost.
+    Planar loops that were evaluated within their plane are measured in space first, and their `free` is lost; where
+    all links move in it, these come to have inertias in space by an `inward` with joint forces ``tau (nu,)``.
     """
     if work is None:
         return
     if work.flat[0]:
+        if work.paths.in_plane:
+            inward(model, data, tau, None, 0.0, 0.0)
         constraint_residual(cons, model, data, y, motion, t, work, True)
         respond(cons, model, data, work, work.tau)
+        if work.paths.in_plane:
+            push(model, data, work)
     for p in range(len(work.entries)):
         entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
