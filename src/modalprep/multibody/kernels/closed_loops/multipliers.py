@@ -3,8 +3,8 @@
 The pivoted factor of ``G M^-1 G^T`` (responses.py) costs O(m^3) and tells the redundant rows. M is the mass matrix, or
 the effective one of an implicit step: that of the last `inward`.
 
-Order of calls: `outward`, `world`, `constraint_residual`, `inward`, `constraint_accelerations`. Arguments as in
-constraints.py.
+Order of calls: `outward_in_world`, `constraint_residual`, `inward_of_closed` (planar_tree.py),
+`constraint_accelerations`. Arguments as in constraints.py.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
 from modalprep.multibody.kernels.closed_loops.factor import factorize, factorize_and_solve, solve, take_multipliers
 from modalprep.multibody.kernels.closed_loops.planar_tree import forward_in_plane
-from modalprep.multibody.kernels.closed_loops.responses import push, responded, write_responses
+from modalprep.multibody.kernels.closed_loops.responses import push, write_responses
 
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 DEEP = 0.01  # accelerations have the round-off of coordinates over the third power of the sine
@@ -97,7 +97,6 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
     if cons is None:
         forward(model, data, tau, udot)
         return
-    responded(cons, model, data, work, tau)
     if alpha == 0.0 and beta == 0.0 and work.paths.slides == 0:
         for b in range(len(work.bundles)):
             own = work.bundles[at(b)]

@@ -14,22 +14,28 @@ from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import WIDTH, add_lanes, four, get_lanes
 from modalprep.multibody.kernels.algebra.tuples import at, dot3, get3, put6
 from modalprep.multibody.kernels.articulated_body import inward
-from modalprep.multibody.kernels.closed_loops.planar import normal_acceleration, through_plane
+from modalprep.multibody.kernels.closed_loops.planar import normal_acceleration, through_plane, through_planes
+from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond
 
 FREE = 8  # in `pivot`: the hinge's acceleration without that of its parent, before multipliers
 
 
 @compile_inline
-def inward_of_closed(model, data, work, tau):
-    """Do as `inward` for accelerations, in the plane after `moving_residual` of a system that moves in it.
+def inward_of_closed(cons, model, data, work, tau, more, c1, c2):
+    """Do as `inward`, and as `respond` where there are rows, in the plane after `moving_residual` of planar loops.
 
-    There the loops have yielded too, see `responses.respond`. `work` may be None.
+    `cons` and `work` may be None.
     """
-    if work is None:
-        return inward(model, data, tau, None, 0.0, 0.0)
-    if work.flat[0] and work.paths.in_plane:
+    if cons is None:
+        return inward(model, data, tau, more, c1, c2)
+    if not work.flat[0]:
+        return inward_and_respond(cons, model, data, work, tau, more, c1, c2)
+    if work.paths.in_plane:
         return _inward_in_plane(model, data, work, tau)
-    return inward(model, data, tau, None, 0.0, 0.0)
+    status = inward(model, data, tau, more, c1, c2)
+    if status < 0:
+        through_planes(model, data, work, tau)
+    return status
 
 
 @compile_inline
