@@ -11,6 +11,7 @@ from modalprep.examples import uniform_beam
 from modalprep.multibody.evaluation.evaluate import build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure
+from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.packing import row_paths
 from modalprep.multibody.packing.constraints import pack_constraints
 from modalprep.multibody.packing.tree import pack
@@ -37,7 +38,7 @@ def reach(chain, end):
 
 
 def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0, branch=None):
-    """Five bars in a plane turned at random, closed from bar to bar and from a bar to the ground.
+    """Five bars in a plane turned at random, closed from bar to bar and from a bar to the ground; two hinges resist.
 
     Another one, `branch` its hinge's axis, is in no loop.
     """
@@ -48,9 +49,24 @@ def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0, branch=Non
     on_ground = {"type": "revolute", "parent": "ground", "axis": normal, "rotation": frame}
     joints = (
         mp.Joint(name="ja", child="a", angle=ANGLES["a"], rate=0.5, **on_ground),
-        mp.Joint(name="jb", type="revolute", parent="a.tip", child="b", angle=ANGLES["b"], axis=np.array([tilt, 0, 1])),
+        mp.Joint(
+            name="jb",
+            type="revolute",
+            parent="a.tip",
+            child="b",
+            angle=ANGLES["b"],
+            axis=np.array([tilt, 0, 1]),
+            elements=(HingeElement(stiffness=20.0),),
+        ),
         mp.Joint(name="jc", child="c", angle=ANGLES["c"], position=frame @ c, **on_ground),
-        mp.Joint(name="jd", type="revolute", parent="c.tip", child="d", angle=ANGLES["d"]),
+        mp.Joint(
+            name="jd",
+            type="revolute",
+            parent="c.tip",
+            child="d",
+            angle=ANGLES["d"],
+            elements=(HingeElement(damping=5.0),),
+        ),
         mp.Joint(name="je", type="revolute", parent="b.tip", child="e", angle=ANGLES["e"]),
     )
     pin = frame @ (reach("abe", SIDE) + np.array([0, 0, raised]))
