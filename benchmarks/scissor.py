@@ -8,6 +8,7 @@ time over the bays between them, redundant conditions included; `pinned_chain_sl
 chain whose end is pinned, from 60 to 540. The loops of the mast are not independent of each other: one more is one more
 row and column of a full matrix. `loop_over_tree` is the time of closed systems over that of the same bodies without
 their closures, in compiled code, rigid and flexible: of each system, their median and the largest.
+Trees are evaluated in space; the linkages, the mast and the pinned chain of bars within their plane.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from modalprep.examples import uniform_beam
 from modalprep.multibody.evaluation.evaluate import build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure
+from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.packing import row_paths
 from modalprep.multibody.packing.constraints import pack_constraints
 from modalprep.multibody.packing.tree import pack
@@ -36,8 +37,11 @@ def reach(chain, end):
     return turns.apply(np.array([TIP] * (len(chain) - 1) + [end])).sum(axis=0)
 
 
-def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0):
-    """Five bars in a plane turned at random, closed from bar to bar and from a bar to the ground."""
+def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0, branch=None):
+    """Five bars in a plane turned at random, closed from bar to bar and from a bar to the ground; two hinges resist.
+
+    Another one, `branch` its hinge's axis, is in no loop.
+    """
     frame = Rotation.random(random_state=seed).as_matrix()
     normal, bodies = frame[:, 2], {name: bar(k) for k, name in enumerate("abcde")}
     bodies["c"] = body or bodies["c"]
@@ -45,12 +49,30 @@ def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0):
     on_ground = {"type": "revolute", "parent": "ground", "axis": normal, "rotation": frame}
     joints = (
         mp.Joint(name="ja", child="a", angle=ANGLES["a"], rate=0.5, **on_ground),
-        mp.Joint(name="jb", type="revolute", parent="a.tip", child="b", angle=ANGLES["b"], axis=np.array([tilt, 0, 1])),
+        mp.Joint(
+            name="jb",
+            type="revolute",
+            parent="a.tip",
+            child="b",
+            angle=ANGLES["b"],
+            axis=np.array([tilt, 0, 1]),
+            elements=(HingeElement(stiffness=20.0),),
+        ),
         mp.Joint(name="jc", child="c", angle=ANGLES["c"], position=frame @ c, **on_ground),
-        mp.Joint(name="jd", type="revolute", parent="c.tip", child="d", angle=ANGLES["d"]),
+        mp.Joint(
+            name="jd",
+            type="revolute",
+            parent="c.tip",
+            child="d",
+            angle=ANGLES["d"],
+            elements=(HingeElement(damping=5.0),),
+        ),
         mp.Joint(name="je", type="revolute", parent="b.tip", child="e", angle=ANGLES["e"]),
     )
     pin = frame @ (reach("abe", SIDE) + np.array([0, 0, raised]))
+    if branch is not None:
+        bodies["f"] = bar(5)
+        joints += (mp.Joint(name="jf", type="revolute", parent="b.side", child="f", axis=np.array(branch)),)
     closures = (
         Closure(name="inner", type=kind, a="b.side", b="d.tip"),
         Closure(name="outer", type="spherical", a="ground", b="e.side", position=pin, axis=normal),
@@ -64,7 +86,7 @@ def in_space(monkeypatch):
 
 
 def evaluated(system, seed):
-    """Return whether the loops are planar, and accelerations, multipliers and rank near the assembled state."""
+    """Return whether the loops are planar, and all links; accelerations, multipliers, rank near the assembled state."""
     evaluator = Evaluator(system)
     equations = build_equations(evaluator.packed, evaluator.loading)
     rng, nx, nu = np.random.default_rng(seed), evaluator.nx, evaluator.nu
@@ -74,29 +96,36 @@ def evaluated(system, seed):
     rates = np.zeros(nx + nu + 1)
     assert evaluate(equations, 0.0, y, rates) < 0
     work = equations.work
-    return work.paths.planar, rates, work.multiplier.copy(), work.rank[0], work.phi.copy()
+    return (work.paths.planar, work.paths.in_plane), rates, work.multiplier.copy(), work.rank[0], work.phi.copy()
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("kind", ["revolute", "spherical", "point_on_plane"])
-def test_planar_loops_equal_loops_in_space(kind, seed, monkeypatch):
-    """Bars with centres and products of inertia out of the plane, gravity across it, loops between bars and ground."""
-    planar, *found = evaluated(linkage(seed, kind=kind), seed)
+@pytest.mark.parametrize(
+    ("kind", "branch"),
+    [("revolute", None), ("spherical", (0, 0, 1.0)), ("point_on_plane", None), ("revolute", (0.6, 0, 0.8))],
+)
+def test_planar_loops_equal_loops_in_space(kind, branch, seed, monkeypatch):
+    """Bars with centres and products of inertia out of the plane, gravity across it, loops between bars and ground.
+
+    A bar beside the loops moves in their plane, or leaves it.
+    """
+    planar, *found = evaluated(linkage(seed, kind=kind, branch=branch), seed)
     in_space(monkeypatch)
-    spatial, *expected = evaluated(linkage(seed, kind=kind), seed)
-    assert (planar, spatial) == (True, False)
+    spatial, *expected = evaluated(linkage(seed, kind=kind, branch=branch), seed)
+    assert (planar, spatial) == ((True, branch is None or branch[0] == 0), (False, False))
     for one, other in zip(found, expected, strict=True):
         assert_close(one, other, ROUND_OFF)
 
 
-def test_added_mass_out_of_the_plane_counts(monkeypatch):
+@pytest.mark.parametrize("branch", [None, (0.6, 0, 0.8)])
+def test_added_mass_out_of_the_plane_counts(branch, monkeypatch):
     """A tilted rod in water pushes along the normal when it turns, where gravity does work on it."""
     water = mp.multibody.Water(density=1000.0, surface=100.0)
-    rod = mp.multibody.ImmersedRod(name="wet", body="d", ends=("root", "tip"), diameter=0.2, water=water)
-    planar, *found = evaluated(linkage().with_(loads=(rod,)), 1)
+    rod = mp.multibody.ImmersedRod(name="wet", body="d", ends=("side", "tip"), diameter=0.2, water=water)
+    planar, *found = evaluated(linkage(branch=branch).with_(loads=(rod,)), 1)
     in_space(monkeypatch)
-    spatial, *expected = evaluated(linkage().with_(loads=(rod,)), 1)
-    assert (planar, spatial) == (True, False)
+    spatial, *expected = evaluated(linkage(branch=branch).with_(loads=(rod,)), 1)
+    assert (planar, spatial) == ((True, branch is None), (False, False))
     for one, other in zip(found, expected, strict=True):
         assert_close(one, other, ROUND_OFF)
 
@@ -110,6 +139,16 @@ def test_joints_and_closures_carry_what_leaves_the_plane(monkeypatch):
     for name in run.channels:
         assert_close(run[name], other[name], 1e-8, scale=max(1.0, np.abs(other[name]).max()), name=name)
     assert np.abs(run["ja.torque"]).max() > 1.0
+
+
+def test_a_link_without_inertia_about_its_hinge_is_named():
+    """The status of an evaluation is the link, as from the recursion in space."""
+    evaluator = Evaluator(linkage())
+    equations = build_equations(evaluator.packed, evaluator.loading)
+    light = equations.data.links[4]
+    light["mass"], light["first_moment"], light["inertia"] = 0.0, 0.0, 0.0
+    assert equations.model.links["last_child"][4] == -1
+    assert evaluate(equations, 0.0, np.append(evaluator.start, 0.0), np.zeros(len(evaluator.start) + 1)) == 4
 
 
 @pytest.mark.parametrize("change", [{"tilt": 1e-6}, {"body": uniform_beam(modes=4)}, {"kind": "distance"}])

@@ -25,10 +25,10 @@ from modalprep.multibody.kernels.articulated_body import (
     clear_wrenches,
     forward,
     forward_bias,
-    inward,
     inward_bias,
     kinematic,
     outward,
+    outward_in_world,
 )
 from modalprep.multibody.kernels.callbacks import call_address
 from modalprep.multibody.kernels.closed_loops.compliance import aim, follow, implicit_accelerations, restrain
@@ -43,9 +43,9 @@ from modalprep.multibody.kernels.closed_loops.multipliers import (
     constraint_power,
 )
 from modalprep.multibody.kernels.closed_loops.planar import moving_residual
+from modalprep.multibody.kernels.closed_loops.planar_tree import inward_of_closed
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
-from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
@@ -137,10 +137,11 @@ def load(eq, t, y):
     prescribe(eq.loads, t, eq.motion)
     refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
     pay_out(eq.reels, model, data, y, eq.motion)
-    outward(model, data, y, eq.motion)
-    eq.shared[0].power = 0.0
     if eq.flags[0].loaded or any_rows(eq.cons):
-        world(model, data)
+        outward_in_world(model, data, y, eq.motion)
+    else:
+        outward(model, data, y, eq.motion)
+    eq.shared[0].power = 0.0
     if eq.flags[0].loaded:
         energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
         eq.shared[0].power, eq.shared[0].stored, eq.shared[0].potential = energies
@@ -179,7 +180,7 @@ def respond(eq, t, y, ydot):
     closed = any_rows(eq.cons)
     if closed:
         moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
-    status = inward(model, data, eq.tau, None, 0.0, 0.0)
+    status = inward_of_closed(eq.cons, model, data, eq.work, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
     if closed:
@@ -232,7 +233,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
             eq.hinge[u] = c1 * eq.linear[1, u] + c2 * eq.linear[0, u]
             eq.tau[u] += out[u]
     push_modes(data.modal, model, out)
-    status = inward(model, data, eq.tau, eq.hinge, c1, c2)
+    status = inward_of_closed(eq.implicit, model, data, eq.implicit_work, eq.tau, eq.hinge, c1, c2)
     if status < 0:
         implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, eq.tau, out)
     return status

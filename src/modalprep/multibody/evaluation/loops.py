@@ -7,7 +7,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.algebra.lanes import WIDTH
-from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection
+from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection, responses
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, FACE, MOST_STEPS
 from modalprep.multibody.kernels.data import REVOLUTE, SLIDING, SPEEDS, Data
@@ -105,6 +105,7 @@ class Loops:
         self, data: Data, tau: np.ndarray, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)
     ) -> None:
         """Write the accelerations of the closed system, as `kernel.forward` does those of the open one."""
+        responses.respond(self.arrays, self.packed.model, data, self.work, tau)
         multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, tau, udot)
 
     def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:

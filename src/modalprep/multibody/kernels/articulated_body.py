@@ -40,6 +40,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     sub6,
 )
 from modalprep.multibody.kernels.data import REVOLUTE, SLIDING
+from modalprep.multibody.kernels.interfaces import place_link
 from modalprep.multibody.kernels.joints import (
     along_joint,
     axis_column,
@@ -76,17 +77,23 @@ def outward(model, data, y, motion):
 
     External wrenches and modal loads become zero.
     """
-    _move(model, data, y, motion, True)
+    _move(model, data, y, motion, True, False)
 
 
 @compile_kernel
 def outward_motion(model, data, y, motion):
-    """Kinematics of every link as of `outward`; inertias, biases and loads stay what they were."""
-    _move(model, data, y, motion, False)
+    """Kinematics of every link as of `outward`, then `world`; inertias, biases and loads stay what they were."""
+    _move(model, data, y, motion, False, True)
+
+
+@compile_kernel
+def outward_in_world(model, data, y, motion):
+    """Do as `outward`, then as `world`."""
+    _move(model, data, y, motion, True, True)
 
 
 @compile_inline
-def _move(model, data, y, motion, inertia):
+def _move(model, data, y, motion, inertia, placed):
     for i in range(len(model.links)):
         if model.links[i].joint == REVOLUTE and model.links[i].phi < 0:
             _move_hinged(model, data, i, y)
@@ -96,6 +103,8 @@ def _move(model, data, y, motion, inertia):
         if inertia:
             put6(data.links[i].wrench, ZERO6)
             own_inertia(data.modal, model, data, i)
+        if placed:
+            place_link(model, data, i)
 
 
 @compile_inline
@@ -148,34 +157,41 @@ def inward(model, data, tau, more, c1, c2):
     c1, c2 : float
         Modal rows get ``1 + c1 D + c2 K`` in place of 1; 0 for the accelerations.
     """
-    ground = len(model.links)
-    for i in range(ground - 1, -1, -1):
-        if not eliminate_modes(data.modal, model, data, i, c1, c2):
+    for i in range(len(model.links) - 1, -1, -1):
+        if not inward_link(model, data, i, tau, more, c1, c2):
             return i
-        link, own = model.links[i], data.links[i]
-        B = blocks(get6(own.M), get9(own.H), get6(own.J))
-        if link.last_child >= 0:
-            B = add6(B, get_lanes6(own.handed))
-            put_parts(own, B)
-        P = sub6(get6(own.force), get6(own.wrench))
-        put6(own.force, P)
-        if link.joint == REVOLUTE or link.joint == SLIDING:
-            d = axis_inertia(link, B, more)
-            if not d > 0.0:
-                return i
-            v = axis_column(link, own, 1.0 / d, B)
-            if link.parent == ground:
-                continue
-            B, f, t = through_axis(link, own, 1.0 / d, v, B, P, tau)
-        else:
-            M, H, J = parts(B)
-            if not factor_joint(link, own, M, H, J, more):
-                return i
-            if link.parent == ground:
-                continue
-            B, f, t = _through_several(link, own, M, H, J, P, tau, more)
-        _hand_on(model, data, i, B, f, t)
     return -1
+
+
+@compile_inline
+def inward_link(model, data, i, tau, more, c1, c2):
+    """Do as `inward` with link i, after its children; False when its pivot is not positive."""
+    if not eliminate_modes(data.modal, model, data, i, c1, c2):
+        return False
+    link, own, ground = model.links[i], data.links[i], len(model.links)
+    B = blocks(get6(own.M), get9(own.H), get6(own.J))
+    if link.last_child >= 0:
+        B = add6(B, get_lanes6(own.handed))
+        put_parts(own, B)
+    P = sub6(get6(own.force), get6(own.wrench))
+    put6(own.force, P)
+    if link.joint == REVOLUTE or link.joint == SLIDING:
+        d = axis_inertia(link, B, more)
+        if not d > 0.0:
+            return False
+        v = axis_column(link, own, 1.0 / d, B)
+        if link.parent == ground:
+            return True
+        B, f, t = through_axis(link, own, 1.0 / d, v, B, P, tau)
+    else:
+        M, H, J = parts(B)
+        if not factor_joint(link, own, M, H, J, more):
+            return False
+        if link.parent == ground:
+            return True
+        B, f, t = _through_several(link, own, M, H, J, P, tau, more)
+    _hand_on(model, data, i, B, f, t)
+    return True
 
 
 @compile_inline

@@ -55,13 +55,19 @@ def carried(data, p, v):
 def world(model, data):
     """Position, orientation and velocity of every link after `outward`, all relative to the ground."""
     for i in range(len(model.links)):
-        p = at(model.links[at(i)].parent)
-        own, parent = data.links[at(i)], data.links[p]
-        base, arm = get9(parent.orientation), get3(own.arm)
-        v = add3(cross(seen_spin(data, p), arm), get3(own.slide))
-        put3(own.position, add3(get3(parent.position), times(base, arm)))
-        put3(own.velocity, add3(get3(parent.velocity), times(base, v)))
-        put_rows9(own.orientation, times(base, get_rows9(own.rotation)))
+        place_link(model, data, i)
+
+
+@compile_inline
+def place_link(model, data, i):
+    """Do as `world` with link i, after its parent."""
+    p = at(model.links[at(i)].parent)
+    own, parent = data.links[at(i)], data.links[p]
+    base, arm = get9(parent.orientation), get3(own.arm)
+    v = add3(cross(seen_spin(data, p), arm), get3(own.slide))
+    put3(own.position, add3(get3(parent.position), times(base, arm)))
+    put3(own.velocity, add3(get3(parent.velocity), times(base, v)))
+    put_rows9(own.orientation, times(base, get_rows9(own.rotation)))
 
 
 @compile_inline

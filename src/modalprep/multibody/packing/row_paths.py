@@ -59,8 +59,10 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     counts = sum(moving[rows[0]] for rows in members), slides, slides + int((arrays.rows["table"] >= 0).sum())
     entries = _entries(arrays, links, parent, entry, groups, lane)
     entries.count = bundles.count[entries.bundle]
-    planar = _planar(arrays, links, sorted({link for path in paths for link in path}), moving)
-    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), planar)
+    passed = sorted({link for path in paths for link in path})
+    planar = _planar(arrays, links, passed, moving)
+    in_plane = planar and _planar(arrays, links, list(range(len(links))), moving)
+    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), planar, in_plane)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:

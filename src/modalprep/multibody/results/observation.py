@@ -85,7 +85,7 @@ def record(eq, columns, times, states, soft, rows):
 def observe(eq, columns, t, y, ydot, row):
     """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in the data."""
     model, data = eq.model, eq.data
-    push_links(eq.cons, model, data, y, eq.motion, t, eq.work)
+    push_links(eq.cons, model, data, y, eq.motion, t, eq.work, eq.tau)
     reactions(model, data, columns.reactions)
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]

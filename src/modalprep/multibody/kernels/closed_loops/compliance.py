@@ -15,7 +15,7 @@ from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, line
 from modalprep.multibody.kernels.closed_loops.ends import observe_ends
 from modalprep.multibody.kernels.closed_loops.factor import solve, weigh
 from modalprep.multibody.kernels.closed_loops.multipliers import act
-from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import write_responses, yield_to_multipliers
 
 
 @compile_inline
@@ -84,7 +84,7 @@ def along(cons, work, i, udot):
 
 @compile_kernel
 def implicit_accelerations(cons, model, data, work, places, tau, udot):
-    """Write the accelerations of an implicit step and let the rows act on them, after `aim` and `inward`; see there.
+    """Write the accelerations of an implicit step and let the rows act on them, after `aim` and `inward_of_closed`.
 
     Rows with compliance resist less. Where `places` is False, constraints hold their accelerations as in
     `constraint_accelerations`. Without constraints it is `forward`.
@@ -92,7 +92,6 @@ def implicit_accelerations(cons, model, data, work, places, tau, udot):
     if cons is None:
         forward(model, data, tau, udot)
         return
-    respond(cons, model, data, work, tau)
     write_responses(work)
     for i in range(len(cons.rows)):
         work.wanted[i] = work.free[i] + work.bias[i]

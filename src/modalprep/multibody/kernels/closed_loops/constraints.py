@@ -129,6 +129,7 @@ class Paths(NamedTuple):
     works: int  # those, and rows that have functions of time
     pushing: int  # rows in the bundles
     planar: bool  # whether all rows that something moves are those of planar loops (planar.py)
+    in_plane: bool  # and all links of the system move in their plane (planar_tree.py)
 
 
 @by_address

@@ -3,8 +3,8 @@
 The pivoted factor of ``G M^-1 G^T`` (responses.py) costs O(m^3) and tells the redundant rows. M is the mass matrix, or
 the effective one of an implicit step: that of the last `inward`.
 
-Order of calls: `outward`, `world`, `constraint_residual`, `inward`, `constraint_accelerations`. Arguments as in
-constraints.py.
+Order of calls: `outward_in_world`, `constraint_residual`, `inward_of_closed` (planar_tree.py),
+`constraint_accelerations`. Arguments as in constraints.py.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from modalprep.multibody.kernels.algebra.tuples import at
 from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
 from modalprep.multibody.kernels.closed_loops.factor import factorize, factorize_and_solve, solve, take_multipliers
-from modalprep.multibody.kernels.closed_loops.responses import push, responded, write_responses
+from modalprep.multibody.kernels.closed_loops.planar_tree import forward_in_plane
+from modalprep.multibody.kernels.closed_loops.responses import push, write_responses
 
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 DEEP = 0.01  # accelerations have the round-off of coordinates over the third power of the sine
@@ -88,20 +89,22 @@ def hold_rank(work):
 def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
     """Write the accelerations ``udot (nu,)`` for which ``Phi'' + 2 alpha Phi' + beta^2 Phi = 0``.
 
-    After `constraint_residual` and `inward`, in place of `forward`, whose arguments `tau` and `udot` are. alpha = beta
-    = 0 with projection after steps; Baumgarte (1972) with both at some 5 to 50 1/s. Leaves the multipliers in `work`,
-    and the data as a `forward` with them does, so that `node_acceleration` holds, and `reactions` after `push_links`.
-    Without constraints (None) it is `forward`.
+    After `constraint_residual` and `inward_of_closed`, in place of `forward`, whose arguments `tau` and `udot` are.
+    alpha = beta = 0 with projection after steps; Baumgarte (1972) with both at some 5 to 50 1/s. Leaves the multipliers
+    in `work`, and the data as a `forward` with them does, so that `node_acceleration` holds, and `reactions` after
+    `push_links`. Without constraints (None) it is `forward`.
     """
     if cons is None:
         forward(model, data, tau, udot)
         return
-    responded(cons, model, data, work, tau)
     if alpha == 0.0 and beta == 0.0 and work.paths.slides == 0:
         for b in range(len(work.bundles)):
             own = work.bundles[at(b)]
             put_lanes(work.given, WIDTH * b, -1.0 * (get_lanes(own.free, 0) + get_lanes(own.bias, 0)))
         factorize_and_solve(work)
+        if work.flat[0] and work.paths.in_plane:
+            forward_in_plane(model, data, work, udot)
+            return
         push(model, data, work)
         forward(model, data, tau, udot)
         return

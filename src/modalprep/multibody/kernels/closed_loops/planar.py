@@ -126,34 +126,45 @@ def _add(force, adds, x, y, t):
 
 
 @compile_inline
+def normal_acceleration(model, data):
+    """Return what the ground accelerates along the hinges of a planar system, those of the first link."""
+    base, ground = data.links[0].rotation, data.links[at(len(model.links))].acceleration
+    return base[2] * ground[0] + base[5] * ground[1] + base[8] * ground[2]
+
+
+@compile_inline
 def through_planes(model, data, work, tau):
     """Let the hinges of planar loops yield to the forces of all entries, from the tips to the root.
 
-    After an `inward` without inertias of its own for the joints.
+    After an `inward` without inertias of its own for the joints. Forces along the normal, which inertia has of
+    anisotropic masses alone, come to the ground as they are: what the ground accelerates along it acts on them.
     """
     if len(work.entries) == 0:
         return
     base, ground = data.links[at(work.paths.entries[0].link)].orientation, data.links[at(len(model.links))].acceleration
     normal = base[2] * ground[0] + base[5] * ground[1] + base[8] * ground[2]
     for k in range(len(work.entries)):
-        _through_plane(model, data, work, k, tau, normal)
+        entry = work.paths.entries[at(k)]
+        own = data.links[at(entry.link)]
+        H, drive = own.H, tau[at(entry.u)] - own.force[5] - normal * own.H[8]
+        through_plane(model, data, work, k, own.pivot[0], H[2], H[5], drive)
 
 
 @compile_inline
-def _through_plane(model, data, work, p, tau, normal):
+def through_plane(model, data, work, p, g, hx, hy, drive):
     """Let the hinge of entry p yield to its forces, and hand the rest to the parent: no torque about the hinge.
 
-    Forces along the normal, which inertia has of anisotropic masses alone, come to the ground as they are: what the
-    ground accelerates along the `normal` acts on them.
+    g is the inverse of the inertia about the hinge, (hx, hy) the force of a unit acceleration about it, `drive` the
+    torque that acts about it.
     """
     entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
     own, total = data.links[at(entry.link)], work.bundles[at(entry.bundle)].free
-    g, turn, bias, H = own.pivot[0], own.rotation, own.bias, own.H
+    turn, bias = own.rotation, own.bias
     e = get_lanes(mine.force, ABOUT_NORMAL)
     v = g * e
     put_lanes(mine.drive, 0, e)
-    x, y = get_lanes(mine.force, 0) - H[2] * v, get_lanes(mine.force, 4) - H[5] * v
-    free = get_lanes(total, 0) + (tau[at(entry.u)] - own.force[5] - normal * H[8]) * v + bias[0] * x + bias[1] * y
+    x, y = get_lanes(mine.force, 0) - hx * v, get_lanes(mine.force, 4) - hy * v
+    free = get_lanes(total, 0) + drive * v + bias[0] * x + bias[1] * y
     fx, fy = turn[0] * x + turn[1] * y, turn[3] * x + turn[4] * y
     if entry.up < 0:
         fz = turn[6] * x + turn[7] * y  # the ground's z need not be the normal

@@ -10,13 +10,12 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
-from modalprep.multibody.kernels.articulated_body import inward, outward, outward_motion
+from modalprep.multibody.kernels.articulated_body import inward, outward, outward_in_world, outward_motion
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import factorize, solve, violation
 from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR
-from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond, write_responses, yield_to_multipliers
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
-from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 
 CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
@@ -111,7 +110,6 @@ def project_velocities(cons, model, data, y, motion, work, hinge, stiff, toleran
 def _measure(cons, model, trial, y, motion, t, work):
     """Write what the rows of a state measure."""
     outward_motion(model, trial, y, motion)
-    world(model, trial)
     constraint_residual(cons, model, trial, y, motion, t, work, False)
 
 
@@ -129,11 +127,9 @@ def _rest(work):
 @compile_kernel
 def _factor(cons, model, data, y, motion, work, hinge, stiff):
     """Write the inertias at a state, and the factor of its rows, after `constraint_residual`; False on failure."""
-    outward(model, data, y, motion)
-    world(model, data)
-    if inward(model, data, work.tau, hinge, 0.0, stiff) >= 0:
+    outward_in_world(model, data, y, motion)
+    if inward_and_respond(cons, model, data, work, work.tau, hinge, 0.0, stiff) >= 0:
         return False
-    respond(cons, model, data, work, work.tau)
     factorize(work)
     return True
 

@@ -40,10 +40,9 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put6,
     sub6,
 )
-from modalprep.multibody.kernels.articulated_body import forward_bias
+from modalprep.multibody.kernels.articulated_body import forward_bias, inward_link
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
-from modalprep.multibody.kernels.closed_loops.planar import through_planes
 from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, zeros
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
@@ -62,24 +61,38 @@ def respond(cons, model, data, work, tau):
 
     See `write_responses`.
     """
-    responded(cons, model, data, work, tau)
+    _act_on_ends(cons, model, data, work)
+    for p in range(len(work.entries)):
+        _through_link(model, data, work, p, tau)
+
+
+@compile_kernel
+def inward_and_respond(cons, model, data, work, tau, more, c1, c2):
+    """Do as `inward`, then as `respond`, link by link: each waits for its own numbers; returns the status of `inward`.
+
+    `constraint_residual` goes before, but that of planar loops.
+    """
+    _act_on_ends(cons, model, data, work)
+    p, count = 0, len(work.entries)
+    for i in range(len(model.links) - 1, -1, -1):
+        if not inward_link(model, data, i, tau, more, c1, c2):
+            return i
+        while p < count and work.paths.entries[at(p)].link == i:
+            _through_link(model, data, work, p, tau)
+            p += 1
+    return -1
 
 
 @compile_inline
-def responded(cons, model, data, work, tau):
-    """Do as `respond` within another kernel."""
-    if work.flat[0]:
-        through_planes(model, data, work, tau)
-        return
-    _act_on_ends(cons, model, data, work)
-    for p in range(len(work.entries)):
-        entry = work.paths.entries[at(p)]
-        if p == entry.begin:
-            condense_rows(data.modal, model, entry.link, p, entry.end, work)
-        if model.links[at(entry.link)].joint == REVOLUTE:
-            _through_hinge(model, data, work, p, tau)
-        else:
-            _through_joint(model, data, work, p, tau)
+def _through_link(model, data, work, p, tau):
+    """Let the modes and the joint of a link yield to the forces of its entry p, and hand the rest to the parent."""
+    entry = work.paths.entries[at(p)]
+    if p == entry.begin:
+        condense_rows(data.modal, model, entry.link, p, entry.end, work)
+    if model.links[at(entry.link)].joint == REVOLUTE:
+        _through_hinge(model, data, work, p, tau)
+    else:
+        _through_joint(model, data, work, p, tau)
 
 
 @compile_kernel
@@ -244,16 +257,21 @@ def push(model, data, work):
 
 
 @compile_kernel
-def push_links(cons, model, data, y, motion, t, work):
+def push_links(cons, model, data, y, motion, t, work, tau):
     """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None.
 
-    Planar loops that were evaluated within their plane are measured in space first, and their `free` is lost.
+    Planar loops that were evaluated within their plane are measured in space first, and their `free` is lost; where
+    all links move in it, these come to have inertias in space by an `inward` with joint forces ``tau (nu,)``.
     """
     if work is None:
         return
     if work.flat[0]:
         constraint_residual(cons, model, data, y, motion, t, work, True)
-        respond(cons, model, data, work, work.tau)
+        if work.paths.in_plane:
+            inward_and_respond(cons, model, data, work, tau, None, 0.0, 0.0)
+            push(model, data, work)
+        else:
+            respond(cons, model, data, work, work.tau)
     for p in range(len(work.entries)):
         entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
