@@ -26,7 +26,7 @@ WITHOUT_CHECKSUM = (1,)  # versions
 # Checks of what bodies may lack: a mode table those made by hand, P those linearised in the modes (`ruthless`).
 OF_THE_TABLE, OF_P = "mass and inertia", "modal mass"
 CONSEQUENCE = 1e-6  # relative: a body that violates an identity by more is another body
-FULL = 0.9  # of the numbers of an array differ from zero
+FULL = 0.75  # of the numbers of an array differ from zero
 UNIT = 1e-9  # tolerance of orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
     "m": lambda n, k: (),
@@ -125,7 +125,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
 
 
 def _store(file: h5py.File, name: str, value: Any) -> None:
-    """Store an array, packed if it is of integers or has many zeros: packing others takes long and saves a tenth."""
+    """Store an array, packed if of integers or with many zeros: others take long and shrink by a tenth to a quarter."""
     value = np.asarray(value)
     packs = value.size > 1000 and (value.dtype.kind in "iu" or np.count_nonzero(value) < FULL * value.size)
     options = {"compression": "gzip", "shuffle": True} if packs else {}

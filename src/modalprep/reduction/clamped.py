@@ -158,7 +158,7 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     >>> len(clamped.b), clamped.Psi.shape
     (6, (60, 6))
     """
-    K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
+    K, M = _of_independent(model, model.K), _of_independent(model, model.M)
     M.eliminate_zeros()  # the mass of solids does not couple components: a third of the pattern of K
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
@@ -172,6 +172,11 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
         raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K_ii, factor, model.free[i])
     return Clamped(model, K, M, b, i, K_ii, M_ii, factor)
+
+
+def _of_independent(model: FEModel, A: csr_array) -> csr_array:
+    """Return the symmetric ``C^T A C``; transposed, which takes less time than to sort it as it is."""
+    return (model.C.T.tocsr() @ A @ model.C).T.tocsr()
 
 
 def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.ndarray) -> None:

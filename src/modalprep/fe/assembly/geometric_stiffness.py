@@ -19,11 +19,11 @@ from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.links.constraints import Constraints
 from modalprep.linalg.blas import add_inner_alone
 
-COLUMNS, WIDTH = 80, 20  # of the basis at a time, and of those in one dense product, which begins at the diagonal
-ROWS = 96  # of the basis in a dense product, whose forces caches keep
+COLUMNS, WIDTH = 80, 26  # of the basis at a time, and of those in one dense product, which begins at the diagonal
+ROWS = 192  # of the basis in a dense product, whose forces caches keep
 FEW, MANY = 8, 48  # prestresses of a thread: products of fewer take longer, and caches do not keep those of more
 BYTES = 6e8  # of the matrices of all threads
-AT_ONCE = 500_000  # numbers of element matrices held in memory: 4 MB, which caches keep
+AT_ONCE = 200_000  # numbers of element matrices held in memory: 1.6 MB, which caches keep
 
 
 @dataclass(frozen=True, eq=False)

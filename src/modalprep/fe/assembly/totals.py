@@ -11,6 +11,7 @@ from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
 from modalprep.linalg.blas import inner
+from modalprep.linalg.sparse import times
 
 ROWS = 2048  # of the basis at a time
 BLOCK = 16  # columns of a basis at a time: products with a sparse matrix are as quick as with all
@@ -83,7 +84,7 @@ class MassTensor:
             for b in range(3):
                 u = Phi[self._dof[:, b]]  # a node without DOFs (-1) has no entries in the matrix
                 for rows in (slice(r, r + ROWS) for r in range(0, len(u), ROWS)):
-                    force = self._scalar[rows] @ u
+                    force = times(self._scalar[rows], u)
                     for a in range(b + 1):
                         P[a, b] += inner(Phi[self._dof[rows, a]], force)
         for a, b in PAIRS:
