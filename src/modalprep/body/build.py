@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery_matrices import recovery_matrices
-from modalprep.body.second_order import with_lowest_growth, with_second_order_mass
+from modalprep.body.second_order import stiffness_and_growth, with_second_order_mass
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
@@ -78,7 +78,7 @@ def flexible_body(
     if Phi.shape[0] != model.n_dof:
         raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
     w = 2 * np.pi * reduction.frequency
-    Kg, low = with_lowest_growth(model, reduction, second_order_mass)
+    Kg, low = stiffness_and_growth(model, reduction, second_order_mass)
     n, interfaces = Phi.shape[1], len(model.interfaces)
     Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]

@@ -27,7 +27,7 @@ def with_second_order_mass(
 ) -> FlexibleBody:
     """Return the body of a reduction with T if requested or significant; its provenance says how significant.
 
-    `low` are the first rows of T, of `with_lowest_growth`.
+    `low (k, n, n)` are the first rows of T, from `stiffness_and_growth`.
 
     Examples
     --------
@@ -56,19 +56,19 @@ def with_second_order_mass(
     return body.with_(T=T, provenance={SECOND_ORDER: said, **body.provenance})
 
 
-def with_lowest_growth(
+def stiffness_and_growth(
     model: FEModel, reduction: Reduction, choice: bool | Literal["auto"]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the geometric stiffness ``(12 + 6 n_if, n, n)`` of the unit loads and the first rows of T ``(k, n, n)``.
 
-    In one projection; k is 0 where `choice` is False.
+    Both come from one projection; k is at most `LOWEST`, and 0 where `choice` is False.
 
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
     >>> from modalprep.reduction.craig_bampton import craig_bampton
     >>> model = cantilever_model()
-    >>> Kg, low = with_lowest_growth(model, craig_bampton(model, modes=2, truncation=()), "auto")
+    >>> Kg, low = stiffness_and_growth(model, craig_bampton(model, modes=2, truncation=()), "auto")
     >>> Kg.shape, low.shape
     ((24, 2, 2), (2, 2, 2))
     """

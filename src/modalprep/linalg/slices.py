@@ -36,7 +36,7 @@ ASTRAY = 0.08  # of half a slice: a shift further from its place is set once mor
 FLAT = 0.2  # of the mean distance of all modes in w: what a root that is repeated often counts as
 CLOSE = 1e-3  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
-NEIGHBOURS = 100  # modes before, to which the first that join are made orthogonal
+NEIGHBOURS = 100  # modes above the end of the slice before that are made orthogonal to as many below it
 WIDTH = 32  # modes that join at a time
 TRIES = 4
 # The slices of a pair have the same width in this power of w, so that both need about as many vectors: for 1000 modes
@@ -98,7 +98,7 @@ class Slices:
     def rooms(self, first: int) -> list[np.ndarray]:
         """Return memory for bases (n_dof, columns) of slices, the lowest of which starts with mode number `first`.
 
-        Its modes are found where they stay: new pages are slow.
+        Its modes are found in their final place: they need not be copied, and less memory is used for the first time.
         """
         return [self._store.T[:, first:], *self._apart]
 

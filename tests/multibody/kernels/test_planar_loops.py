@@ -37,6 +37,13 @@ def reach(chain, end):
     return turns.apply(np.array([TIP] * (len(chain) - 1) + [end])).sum(axis=0)
 
 
+def hinge(parent, child, axis, *elements):
+    angle, axis = ANGLES.get(child, 0.0), np.array(axis, dtype=float)
+    return mp.Joint(
+        name=f"j{child}", type="revolute", parent=parent, child=child, angle=angle, axis=axis, elements=elements
+    )
+
+
 def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0, branch=None):
     """Five bars in a plane turned at random, closed from bar to bar and from a bar to the ground; two hinges resist.
 
@@ -49,30 +56,15 @@ def linkage(seed=0, tilt=0.0, body=None, kind="revolute", raised=0.0, branch=Non
     on_ground = {"type": "revolute", "parent": "ground", "axis": normal, "rotation": frame}
     joints = (
         mp.Joint(name="ja", child="a", angle=ANGLES["a"], rate=0.5, **on_ground),
-        mp.Joint(
-            name="jb",
-            type="revolute",
-            parent="a.tip",
-            child="b",
-            angle=ANGLES["b"],
-            axis=np.array([tilt, 0, 1]),
-            elements=(HingeElement(stiffness=20.0),),
-        ),
+        hinge("a.tip", "b", (tilt, 0, 1), HingeElement(stiffness=20.0)),
         mp.Joint(name="jc", child="c", angle=ANGLES["c"], position=frame @ c, **on_ground),
-        mp.Joint(
-            name="jd",
-            type="revolute",
-            parent="c.tip",
-            child="d",
-            angle=ANGLES["d"],
-            elements=(HingeElement(damping=5.0),),
-        ),
-        mp.Joint(name="je", type="revolute", parent="b.tip", child="e", angle=ANGLES["e"]),
+        hinge("c.tip", "d", (0, 0, 1), HingeElement(damping=5.0)),
+        hinge("b.tip", "e", (0, 0, 1)),
     )
     pin = frame @ (reach("abe", SIDE) + np.array([0, 0, raised]))
     if branch is not None:
         bodies["f"] = bar(5)
-        joints += (mp.Joint(name="jf", type="revolute", parent="b.side", child="f", axis=np.array(branch)),)
+        joints += (hinge("b.side", "f", branch),)
     closures = (
         Closure(name="inner", type=kind, a="b.side", b="d.tip"),
         Closure(name="outer", type="spherical", a="ground", b="e.side", position=pin, axis=normal),

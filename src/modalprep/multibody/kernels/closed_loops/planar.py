@@ -126,9 +126,9 @@ def _add(force, adds, x, y, t):
 
 
 @compile_inline
-def normal_acceleration(model, data):
-    """Return what the ground accelerates along the hinges of a planar system, those of the first link."""
-    base, ground = data.links[0].rotation, data.links[at(len(model.links))].acceleration
+def normal_acceleration(model, data, i):
+    """Return what the ground accelerates along the hinge of link i, to which those of planar loops are parallel."""
+    base, ground = data.links[at(i)].orientation, data.links[at(len(model.links))].acceleration
     return base[2] * ground[0] + base[5] * ground[1] + base[8] * ground[2]
 
 
@@ -141,8 +141,7 @@ def through_planes(model, data, work, tau):
     """
     if len(work.entries) == 0:
         return
-    base, ground = data.links[at(work.paths.entries[0].link)].orientation, data.links[at(len(model.links))].acceleration
-    normal = base[2] * ground[0] + base[5] * ground[1] + base[8] * ground[2]
+    normal = normal_acceleration(model, data, work.paths.entries[0].link)
     for k in range(len(work.entries)):
         entry = work.paths.entries[at(k)]
         own = data.links[at(entry.link)]

@@ -41,7 +41,7 @@ def inward_of_closed(cons, model, data, work, tau, more, c1, c2):
 @compile_inline
 def _inward_in_plane(model, data, work, tau):
     """Do as `inward` in the plane, and let the hinges yield to the forces of all entries."""
-    normal, p = normal_acceleration(model, data), 0
+    normal, p = normal_acceleration(model, data, 0), 0
     for i in range(len(model.links) - 1, -1, -1):
         M, h, J, force, t = _own(model.links[at(i)], data.links[at(i)], normal)
         if not J > 0.0:
@@ -112,7 +112,7 @@ def _add(handed, first, c, value):
 @compile_inline
 def forward_in_plane(model, data, work, udot):
     """Do as `push`, then as `forward`, after `inward_of_closed` in the plane."""
-    normal, ground, p = normal_acceleration(model, data), len(model.links), len(work.entries) - 1
+    normal, ground, p = normal_acceleration(model, data, 0), len(model.links), len(work.entries) - 1
     for i in range(ground):
         link, own, more = model.links[at(i)], data.links[at(i)], four(0.0)
         while p >= 0 and work.paths.entries[at(p)].link == i:
