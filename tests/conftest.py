@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,12 @@ from modalprep.report.pictures.render import drawing_problem
 PROJECT = Path(__file__).parent.parent
 COMPILING = ("test_rigid_systems.py", "test_flexible_systems.py")
 WITHOUT_SOLVER = ("fe", "linalg", "reduction")
+
+
+def pytest_runtest_setup():
+    """Let broken pipes raise errors also after a test that opens gmsh itself, which has them end the process."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
 def pytest_collection_modifyitems(items):

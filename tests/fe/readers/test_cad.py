@@ -1,6 +1,9 @@
 """CAD files that gmsh's own kernel writes: a plate with two holes and a rounded corner, against its closed forms."""
 
 import re
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -146,6 +149,25 @@ def test_the_unit_that_another_program_set_is_not_taken(parts):
         gmsh.finalize()
     mesh = mp.read_mesh(parts / "plate.iges", length_unit="mm", size=8)
     np.testing.assert_allclose(np.ptp(mesh.points, axis=0), [0.08, 0.04, 0.008], rtol=1e-6)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="a system without this signal")
+def test_a_pipe_that_nobody_reads_does_not_end_the_program():
+    """gmsh gives the signal its default, which is to end the program; Python ignores it and raises an error."""
+    program = """
+import os
+from modalprep.fe.readers.gmsh_session import gmsh_session
+with gmsh_session():
+    pass
+read, write = os.pipe()
+os.close(read)
+try:
+    os.write(write, b"x")
+except BrokenPipeError:
+    print("still here")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout == "still here\n"
 
 
 def test_solids_that_touch_share_their_nodes(tmp_path):

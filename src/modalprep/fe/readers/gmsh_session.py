@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from modalprep.errors import InputError
@@ -43,12 +44,20 @@ def gmsh_session() -> Iterator[Any]:
     if gmsh.isInitialized():
         raise InputError("gmsh is open in this program, with a model of its own; call gmsh.finalize() first")
     gmsh.initialize(readConfigFiles=False, interruptible=False)  # Ctrl-C stays Python's
+    _raise_at_broken_pipes()
     try:
         for option, value in OPTIONS.items():
             gmsh.option.setNumber(option, value)
         yield gmsh
     finally:
         gmsh.finalize()
+
+
+def _raise_at_broken_pipes() -> None:
+    """Let a pipe that nobody reads raise BrokenPipeError again: gmsh has it end the program without a word."""
+    if hasattr(signal, "SIGPIPE"):
+        with suppress(ValueError):  # only the main thread may say so
+            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
 
 
 def refuse_too_many(count: float, remedy: str) -> None:
