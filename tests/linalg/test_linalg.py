@@ -185,6 +185,22 @@ def test_library_is_found_without_a_search_of_the_disk():
     assert "mkl_rt" in done.stdout, done.stderr
 
 
+@pytest.mark.skipif(not os.path.isfile("/proc/self/maps"), reason="the list of loaded libraries is elsewhere here")
+@pytest.mark.parametrize(("asked", "milliseconds"), [(None, "5"), ("77", "77")])
+def test_idle_threads_of_openmp_leave_the_cores_soon_unless_the_user_asks_otherwise(asked, milliseconds):
+    code = (
+        "import ctypes, numpy as np\nfrom scipy.sparse import csr_array\n"
+        "from modalprep.linalg.pardiso import PardisoFactor\n"
+        "PardisoFactor(csr_array(np.diag([2.0, 4.0]))).solve(np.ones(2))\n"
+        "[path] = {line.split()[-1] for line in open('/proc/self/maps') if 'libiomp5' in line}\n"
+        "print(ctypes.CDLL(path).kmp_get_blocktime())"
+    )
+    clean = {name: value for name, value in os.environ.items() if name != "KMP_BLOCKTIME"}
+    wanted = {} if asked is None else {"KMP_BLOCKTIME": asked}
+    done = subprocess.run([sys.executable, "-c", code], env=clean | wanted, capture_output=True, text=True)
+    assert done.stdout.strip() == milliseconds, done.stderr
+
+
 @pytest.mark.skipif(not os.path.isdir("/dev/shm"), reason="shared memory is elsewhere here")
 def test_an_ended_process_of_the_same_number_left_an_empty_registration():
     """OpenMP reads the file that is there: a bus error."""

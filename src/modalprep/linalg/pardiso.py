@@ -21,6 +21,7 @@ from scipy.sparse import csr_array
 from modalprep.linalg.memory import available_memory
 
 SYMMETRIC_INDEFINITE = -2
+WAITING = "5"  # ms that idle threads of the library keep a core; its 200 keep loops of other threads waiting
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 GIVEN, WANTED = 1, 2  # of the order of elimination
 ERRORS = {-2: "not enough memory", -4: "zero pivot", -8: "too many nonzeros for 32-bit integers"}
@@ -170,6 +171,7 @@ def equilibrium(A: csr_array) -> np.ndarray:
 def library() -> CDLL | None:
     """Return oneMKL's library where pypardiso and its wheel are installed, else None."""
     _remove_empty_registration()
+    os.environ.setdefault("KMP_BLOCKTIME", WAITING)
     if path := _listed():
         os.environ.setdefault("PYPARDISO_MKL_RT", path)
     try:
