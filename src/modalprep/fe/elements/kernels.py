@@ -31,7 +31,8 @@ np.empty(KEPT, dtype=np.int8)
 def in_threads(kernel: Callable, span: int | range, *arrays: object, least: int = AT_LEAST) -> None:
     """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL.
 
-    The threads of `ahead` run it alone, and a single one runs what has fewer than twice `least` elements or nodes.
+    The calling thread runs the first slice. The threads of `ahead` run all of them alone, and a single one runs what
+    has fewer than twice `least` elements or nodes.
     """
     span = range(span) if isinstance(span, int) else span
     slices = 1 if hasattr(_thread, "of_ahead") else min(THREADS, len(span) // least)
@@ -39,7 +40,10 @@ def in_threads(kernel: Callable, span: int | range, *arrays: object, least: int 
         kernel(span.start, span.stop, *arrays)
         return
     cuts = np.linspace(span.start, span.stop, slices + 1).astype(np.int64).tolist()
-    for job in [_pool().submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
+    first, *others = pairwise(cuts)
+    jobs = [_pool().submit(kernel, *ends, *arrays) for ends in others]
+    kernel(*first, *arrays)
+    for job in jobs:
         job.result()
 
 
