@@ -94,7 +94,7 @@ def vars_of(link):
 
 def test_rbe3_on_a_line_cannot_carry_rotation():
     with pytest.raises(mp.InputError, match="lie on one line"):
-        placed("rbe3", np.array([[0, 0, 0.0], [1, 0, 0], [2, 0, 0]])).rows()
+        placed("rbe3", np.array([[0, 0, 0.0], [1, 0, 0], [2, 0, 0]])).rows  # noqa: B018
 
 
 def test_mass_on_an_rbe3_adds_its_inertia():

@@ -86,7 +86,8 @@ def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
 
 def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> None:
     """Refuse interfaces whose DOFs depend on another link: they cannot be fixed."""
-    driven = {int(d): link.name for link in links for d in link.rows().dependent}
+    dofs = np.concatenate([frame.dofs for frame in frames])
+    driven = {d: link.name for link in links for d in dofs[np.isin(dofs, link.rows.dependent)].tolist()}
     owner: dict[int, str] = {}
     for frame in frames:
         other = owner.setdefault(int(frame.dofs[0]), frame.name)

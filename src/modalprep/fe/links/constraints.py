@@ -108,7 +108,7 @@ def constrain(links: list[PlacedLink], n: int, equations: Iterable[PlacedEquatio
     owner = np.full(n, -1)
     parts = []
     for k, link in enumerate(links):
-        rows = link.rows()
+        rows = link.rows
         taken = rows.dependent[owner[rows.dependent] >= 0]
         if len(taken):
             raise InputError(
@@ -153,6 +153,8 @@ def _resolve(D: csr_array, E: csr_array, links: list[PlacedLink]) -> csr_array:
         if power.nnz == 0:
             return total.tocsr()
         total = total + power @ total
+        if not np.diff(power.indptr)[power.indices].any():  # no source depends on others
+            return total.tocsr()
         power = power @ power
     names = ", ".join(link.name for link in links[:4])
     raise InputError(f"rigid links drive each other in a loop ({names}...); let one frame be independent")

@@ -52,8 +52,9 @@ class PlacedLink:
     keeps_frame: bool
     axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
+    @cached_property
     def rows(self) -> Rows:
-        """Return the rows of the dependent DOFs."""
+        """The rows of the dependent DOFs."""
         if self.kind == "rbe2":
             return self._rigid()
         G, nodal = self.average()
