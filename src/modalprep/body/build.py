@@ -14,11 +14,12 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
 from modalprep.fe.recovery.recover import ModelRecovery
-from modalprep.linalg.blas import inner
+from modalprep.linalg.blas import inner, one_numpy_thread
 from modalprep.reduction.basis import Reduction
 from modalprep.suggest import refuse_other
 
 
+@one_numpy_thread(beside_mkl=True)
 def flexible_body(
     model: FEModel,
     reduction: Reduction,

@@ -13,6 +13,7 @@ from modalprep.body.checks import IDENTITY, RIGID, Check, relative
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
 from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.blas import one_numpy_thread
 from modalprep.linalg.modes import DENSE
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import Clamped, clamp
@@ -31,6 +32,7 @@ TINY = np.finfo(float).tiny
 SAME = 1e-9  # of the body's size: an interface on the root
 
 
+@one_numpy_thread(beside_mkl=True)
 def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Check]:
     """Check a body in its root frame against its model and reduction.
 
@@ -122,6 +124,7 @@ def _unit_load_matrices(body: FlexibleBody) -> np.ndarray:
     return np.concatenate([x.reshape(-1, body.n, body.n) for x in (body.Kg_A, body.Kg_W, at_interfaces)])
 
 
+@one_numpy_thread(beside_mkl=True)
 def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Check]:
     """Compare the body's geometric stiffness with finite differences of the nonlinear strain energy of the mesh.
 

@@ -6,12 +6,17 @@ threads still spin.
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from ctypes import byref, c_char, c_double, c_int32
+from functools import cache
 
 import numpy as np
 from scipy.linalg import LinAlgError
 from scipy.linalg import eigh as scipy_eigh
+from threadpoolctl import ThreadpoolController
 
 from modalprep.linalg.pardiso import at, library
 
@@ -48,6 +53,56 @@ def add_inner_alone(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> None:
     _multiply(1.0, A.T, B, 1.0, C)
     if library():
         library().MKL_Set_Num_Threads_Local(before)
+
+
+@contextmanager
+def one_numpy_thread(*, beside_mkl: bool = False) -> Iterator[None]:
+    """Let NumPy and SciPy use one thread in a product meanwhile, in this whole process.
+
+    For callers whose own threads need the cores; with `beside_mkl` only where oneMKL makes the large products.
+
+    Examples
+    --------
+    >>> with one_numpy_thread():
+    ...     np.ones((2, 3)) @ np.ones(3)
+    array([3., 3.])
+    """
+    if beside_mkl and library() is None:
+        yield
+        return
+    _limit().change(1)
+    try:
+        yield
+    finally:
+        _limit().change(-1)
+
+
+class _Limit:
+    """Limits OpenBLAS to one thread while anybody asks for it; by a thread of its own, as none may undo another's."""
+
+    def __init__(self) -> None:
+        self._libraries = ThreadpoolController().select(internal_api="openblas")
+        self._thread, self._held, self._askers = ThreadPoolExecutor(1), ExitStack(), 0
+
+    def change(self, askers: int) -> None:
+        """Take note of more or fewer that ask."""
+        self._thread.submit(self._change, askers).result()
+
+    def _change(self, askers: int) -> None:
+        if self._askers == 0:
+            self._held.enter_context(self._libraries.limit(limits=1))
+        self._askers += askers
+        if self._askers == 0:
+            self._held.close()
+
+
+@cache
+def _limit() -> _Limit:
+    return _Limit()
+
+
+if hasattr(os, "register_at_fork"):  # a forked process has none of its parent's threads
+    os.register_at_fork(after_in_child=_limit.cache_clear)
 
 
 def share_threads(jobs: int) -> ThreadPoolExecutor:

@@ -10,7 +10,7 @@ from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
-from modalprep.linalg.blas import inner, product, share_threads
+from modalprep.linalg.blas import inner, one_numpy_thread, product, share_threads
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
@@ -50,6 +50,7 @@ class Modes(NamedTuple):
     counted: str
 
 
+@one_numpy_thread(beside_mkl=True)
 def lowest_modes(
     K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
 ) -> Modes:

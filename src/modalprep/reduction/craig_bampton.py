@@ -11,6 +11,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.blas import one_numpy_thread
 from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
@@ -32,6 +33,7 @@ class InteriorLoads(NamedTuple):
     answer: np.ndarray
 
 
+@one_numpy_thread(beside_mkl=True)
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Reduce to the constraint modes of the fixed interfaces: exact in statics, approximate in dynamics.
 
@@ -65,6 +67,7 @@ def with_constraint_modes(table: ModeTable, model: FEModel) -> ModeTable:
     )
 
 
+@one_numpy_thread(beside_mkl=True)
 def craig_bampton(
     model: FEModel,
     *,

@@ -12,6 +12,7 @@ from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.blas import one_numpy_thread
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import unit_loads
@@ -79,6 +80,7 @@ class ReductionError(Record):
         return self.worst if name == BODY else float(self.recovery[self.recoveries.index(name)].max())
 
 
+@one_numpy_thread(beside_mkl=True)
 def reduction_error(
     model: FEModel,
     reduction: Reduction,

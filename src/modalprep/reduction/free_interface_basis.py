@@ -8,6 +8,7 @@ from modalprep.errors import InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.blas import one_numpy_thread
 from modalprep.reduction.basis import Reduction, Spans, reduced, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp, unit_loads
 from modalprep.reduction.craig_bampton import with_constraint_modes
@@ -23,6 +24,7 @@ RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
 LINE = 1e-13  # smallest eigenvalue of a scaled rigid inertia: round-off where it resists not, 1e-8 of a slender wire
 
 
+@one_numpy_thread(beside_mkl=True)
 def free_interface(
     model: FEModel,
     *,
@@ -152,6 +154,7 @@ def _candidates(
     )
 
 
+@one_numpy_thread(beside_mkl=True)
 def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Guyan's reduction with the interior's inertia to first order (IRS): same size, better.
 

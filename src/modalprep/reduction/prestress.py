@@ -11,6 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.blas import one_numpy_thread
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
@@ -90,6 +91,7 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     return model.g @ np.asarray(acceleration, dtype=float)
 
 
+@one_numpy_thread(beside_mkl=True)
 def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity=(0.0, 0.0, 0.0)) -> LoadedModes:
     """Return the lowest positive factors at which a load buckles the model with its fixed interfaces clamped.
 
@@ -138,6 +140,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     return LoadedModes(value=1 / mu[positive], shape=model.C @ clamped.expand(x))
 
 
+@one_numpy_thread(beside_mkl=True)
 def prestressed_modes(
     model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)
 ) -> LoadedModes:

@@ -16,7 +16,7 @@ from modalprep.fe.assembly.parts import Elements, Part, find_parts, refuse_disco
 from modalprep.fe.assembly.placing import Placed, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
-from modalprep.fe.assembly.sparsity import Pattern, node_graph
+from modalprep.fe.assembly.sparsity import Pattern, node_graph, pairs_of
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import Totals
 from modalprep.fe.elements.block import Block
@@ -163,13 +163,13 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
     total = _totals(parts, pattern, dof, rule)
     built = [(part, piece) for part in parts for piece in part.pieces()]
     blocks, inertias, masses, points = [], [], [], mesh.points - origin
-    for block, inertia, *found in ahead(
-        lambda own: _evaluated(own[0].block(own[1], mesh.points, origin), rule, points), built
+    for block, inertia, pairs, stiffness, mass in ahead(
+        lambda own: _evaluated(own[0].block(own[1], mesh.points, origin), rule, points, pattern), built
     ):
-        total.add(block, *found)
+        total.add(block, pairs, stiffness, mass)
         blocks.append(block)
         inertias.append(inertia)
-        masses.append(found[1].rigid.m if found[1] else 0.0)
+        masses.append(mass.rigid.m if mass else 0.0)
     K, M = pattern.csr(total.K), total.mass()
     constraints = constrain(placed.links, total.n, placed.equations, placed.kept)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
@@ -199,10 +199,10 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
 
 
 def _evaluated(
-    block: Block, rule: MassRule, points: np.ndarray
-) -> tuple[Block, Inertia, np.ndarray | None, MassObjects | None]:
+    block: Block, rule: MassRule, points: np.ndarray, pattern: Pattern
+) -> tuple[Block, Inertia, np.ndarray, np.ndarray | None, MassObjects | None]:
     inertia = rule.inertia(block, points)
-    return block, inertia, block.stiffness(), inertia.mass()
+    return block, inertia, pairs_of(pattern.graph, block.nodes), block.stiffness(), inertia.mass()
 
 
 def _totals(parts: list[Part], pattern: Pattern, dof: np.ndarray, rule: MassRule) -> Totals:

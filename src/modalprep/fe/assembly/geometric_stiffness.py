@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.assembly.sparse_kernels import products
-from modalprep.fe.assembly.sparsity import Pattern
+from modalprep.fe.assembly.sparsity import Pattern, pairs_of
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.kernels import THREADS, ahead
@@ -82,7 +82,11 @@ class GeometricStiffness:
             ne, nn = block.nodes.shape
             step = max(1, int(AT_ONCE / (nn * nn * d.shape[1])))
             for piece in (block.piece(slice(k, k + step)) for k in range(0, ne, step)):
-                self.pattern.add_scalar(data, piece.nodes, piece.geometric_scalar(d[self.dof[piece.nodes, :3]]))
+                pairs, values = (
+                    pairs_of(self.pattern.graph, piece.nodes),
+                    piece.geometric_scalar(d[self.dof[piece.nodes, :3]]),
+                )
+                self.pattern.add_scalar(data, piece.nodes, pairs, values)
         return data
 
     def _over_dofs(self, blocks: list[Block], d: np.ndarray) -> np.ndarray:
@@ -90,8 +94,9 @@ class GeometricStiffness:
         data = np.array([self.pattern.zeros() for _ in range(d.shape[1])])
         for block in blocks:
             own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1, d.shape[1])
+            pairs = pairs_of(self.pattern.graph, block.nodes)
             for k, values in enumerate(_stiffnesses(block, own)):
-                self.pattern.add(data[k : k + 1], block.nodes, values[:, None])
+                self.pattern.add(data[k : k + 1], block.nodes, pairs, values[:, None])
         return np.ascontiguousarray(data.T)
 
     def _projected_links(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import bsr_array, coo_array, csr_array
 
 from modalprep.fe.assembly.sparse_kernels import add_functions, scatter_blocks
-from modalprep.fe.assembly.sparsity import Pattern
+from modalprep.fe.assembly.sparsity import Pattern, pairs_of
 from modalprep.fe.elements.kernels import in_threads
 
 ROWS = 1024  # nodes at a time
@@ -35,7 +35,7 @@ class NodeProducts:
         """Add the products ``values (ne, 10 nn, 10 nn)`` of elements ``nodes (ne, nn)``."""
         span = range(int(nodes.min()), int(nodes.max()) + 1)
         blocks = values.reshape(*nodes.shape, COUNT, -1, COUNT)
-        in_threads(scatter_blocks, span, blocks, nodes, self.graph.indptr, self.graph.indices, self.data)
+        in_threads(scatter_blocks, span, blocks, nodes, pairs_of(self.graph, nodes), self.data)
 
     def add_mass(self, pattern: Pattern, M: np.ndarray) -> None:
         """Add the mass matrix to the data of a pattern that contains the graph."""

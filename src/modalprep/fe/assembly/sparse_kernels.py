@@ -19,11 +19,24 @@ def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
 
 
 @compile_allocating
-def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
+def find_pairs(lo, hi, nodes, indptr, neighbour, pairs):
+    """Set ``pairs (ne, nn, nn)`` of elements ``lo <= e < hi``: where in a graph node I of an element has its node J.
+
+    Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted.
+    """
+    for e in range(lo, hi):
+        for i in range(nodes.shape[1]):
+            start, end = indptr[nodes[e, i]], indptr[nodes[e, i] + 1]
+            for j in range(nodes.shape[1]):
+                pairs[e, i, j] = _find(neighbour, start, end, nodes[e, j])
+
+
+@compile_allocating
+def scatter(lo, hi, values, nodes, pairs, column, row, data):
     """Add element matrices ``values (ne, k, nl, nl)`` to rows of ``data (k, nnz)``, of the nodes ``lo <= node < hi``.
 
-    Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted; ``column`` holds, at the same place,
-    where the neighbour's DOFs start within a row, and ``row[I, c]`` where row c of node I starts in `data`.
+    `pairs` as `find_pairs` sets it; ``column`` holds, at the same place, where the neighbour's DOFs start within a
+    row, and ``row[I, c]`` where row c of node I starts in `data`.
     """
     nn = nodes.shape[1]
     width = values.shape[2] // nn
@@ -33,7 +46,7 @@ def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
             if node < lo or node >= hi:
                 continue
             for j in range(nn):
-                place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
+                place = column[pairs[e, i, j]]
                 for k in range(values.shape[1]):
                     if width == 3:  # known lengths unroll
                         for a in range(3):
@@ -46,15 +59,14 @@ def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
 
 
 @compile_allocating
-def scatter_blocks(lo, hi, values, nodes, indptr, neighbour, data):
+def scatter_blocks(lo, hi, values, nodes, pairs, data):
     """Add ``values (ne, nn, p, nn, q)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, p, q)``."""
     nn = nodes.shape[1]
     for e in range(nodes.shape[0]):
         for i in range(nn):
-            node = nodes[e, i]
-            if lo <= node < hi:
+            if lo <= nodes[e, i] < hi:
                 for j in range(nn):
-                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    place = pairs[e, i, j]
                     for a in range(data.shape[1]):
                         for b in range(data.shape[2]):
                             data[place, a, b] += values[e, i, a, j, b]

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatter, scatter_blocks, spread_scalar
+from modalprep.fe.assembly.sparse_kernels import (
+    column_numbers,
+    diagonal,
+    find_pairs,
+    scatter,
+    scatter_blocks,
+    spread_scalar,
+)
 from modalprep.fe.elements.kernels import in_threads
 
 LIGHT = 4096  # nodes of a thread, in loops that only copy numbers
@@ -56,19 +63,21 @@ class Pattern:
         """Data of an empty matrix."""
         return np.zeros(len(self.indices))
 
-    def add(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
-        """Add element matrices ``values (ne, k, nl, nl)`` of elements ``nodes (ne, nn)`` to ``data (k, nnz)``."""
-        in_threads(scatter, _span(nodes), values, nodes, *self.place, data)
+    def add(self, data: np.ndarray, nodes: np.ndarray, pairs: np.ndarray, values: np.ndarray) -> None:
+        """Add element matrices ``values (ne, k, nl, nl)`` of elements ``nodes (ne, nn)`` to ``data (k, nnz)``.
+
+        ``pairs (ne, nn, nn)`` are those of `pairs_of`.
+        """
+        in_threads(scatter, _span(nodes), values, nodes, pairs, self.column, self.row, data)
+
+    def add_scalar(self, data: np.ndarray, nodes: np.ndarray, pairs: np.ndarray, values: np.ndarray) -> None:
+        """Add ``values (ne, nn, nn, k)`` to ``data (graph.nnz, k)`` of k matrices whose rows are nodes."""
+        in_threads(scatter_blocks, _span(nodes), values[:, :, None], nodes, pairs, data[:, None])
 
     @property
     def place(self) -> tuple[np.ndarray, ...]:
-        """Arrays of the compiled loops, see `kernels.scatter`."""
+        """Arrays of the compiled loops that look for pairs of nodes themselves."""
         return self.graph.indptr, self.graph.indices, self.column, self.row
-
-    def add_scalar(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
-        """Add ``values (ne, nn, nn, k)`` to ``data (graph.nnz, k)`` of k matrices whose rows are nodes."""
-        blocks, sums = values[:, :, None], data[:, None]
-        in_threads(scatter_blocks, _span(nodes), blocks, nodes, self.graph.indptr, self.graph.indices, sums)
 
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
@@ -87,6 +96,21 @@ class Pattern:
         matrix.data, matrix.indices, matrix.indptr = data, self.indices, self.indptr  # its constructor copies views
         matrix.has_canonical_format = True
         return matrix
+
+
+def pairs_of(graph: csr_array, nodes: np.ndarray) -> np.ndarray:
+    """Return where a graph has the pairs of nodes of elements ``nodes (ne, nn)``, ``(ne, nn, nn)``.
+
+    Examples
+    --------
+    >>> nodes = np.array([[0, 2]])
+    >>> pairs_of(node_graph([nodes], 3), nodes)
+    array([[[0, 1],
+            [2, 3]]])
+    """
+    pairs = np.empty((*nodes.shape, nodes.shape[1]), dtype=np.int64)
+    in_threads(find_pairs, len(nodes), nodes, graph.indptr, graph.indices, pairs)
+    return pairs
 
 
 def _span(nodes: np.ndarray) -> range:

@@ -7,7 +7,7 @@ from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.node_products import NodeProducts
 from modalprep.fe.assembly.sparse_kernels import scatter_rows
-from modalprep.fe.assembly.sparsity import Pattern
+from modalprep.fe.assembly.sparsity import Pattern, pairs_of
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
 from modalprep.linalg.blas import inner
@@ -122,22 +122,22 @@ class Totals:
         self.functions = None if graph is None else NodeProducts(graph, dof)
         self.pairs = np.zeros((len(PAIRS), len(thin.indices))) if thin else None
 
-    def add(self, block: Block, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
-        """Add one block's stiffness and mass."""
+    def add(self, block: Block, pairs: np.ndarray, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
+        """Add one block's stiffness and mass; ``pairs (ne, nn, nn)`` of its nodes, in the graph of `pattern`."""
         if stiffness is not None:
-            self.pattern.add(self.K[None], block.nodes, stiffness[:, None])
+            self.pattern.add(self.K[None], block.nodes, pairs, stiffness[:, None])
         if mass is None:
             return
         self.rigid += mass.rigid
         self._add_linear(block, mass)
         if mass.scalar is not None:
             self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
-            self.pattern.add_scalar(self.scalar[:, None], block.nodes, mass.scalar[..., None])
+            self.pattern.add_scalar(self.scalar[:, None], block.nodes, pairs, mass.scalar[..., None])
         elif mass.functions is not None:
             self.functions.add(block.nodes, mass.functions)
         else:
-            self.pattern.add(self.M[None], block.nodes, mass.pairs[:, [0, 3, 5]].sum(axis=1, keepdims=True))
-            self.thin.add(self.pairs, block.nodes, mass.pairs)
+            self.pattern.add(self.M[None], block.nodes, pairs, mass.pairs[:, [0, 3, 5]].sum(axis=1, keepdims=True))
+            self.thin.add(self.pairs, block.nodes, pairs_of(self.thin.graph, block.nodes), mass.pairs)
 
     def _add_linear(self, block: Block, mass: MassObjects) -> None:
         dofs = self.dof[block.nodes, : block.components].ravel()

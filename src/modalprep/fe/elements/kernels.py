@@ -13,10 +13,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
 from threading import local
+from typing import Any
 
 import numpy as np
 
 from modalprep.jit import compile_allocating
+from modalprep.linalg.blas import one_numpy_thread
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 AT_LEAST = 256  # elements or nodes of a thread: fewer take less time than to call it
@@ -31,11 +33,11 @@ np.empty(KEPT, dtype=np.int8)
 def in_threads(kernel: Callable, span: int | range, *arrays: object, least: int = AT_LEAST) -> None:
     """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL.
 
-    The calling thread runs the first slice. The threads of `ahead` run all of them alone, and a single one runs what
-    has fewer than twice `least` elements or nodes.
+    The calling thread runs the first slice. Those that are at work in `ahead` run all of them alone, and a single one
+    runs what has fewer than twice `least` elements or nodes.
     """
     span = range(span) if isinstance(span, int) else span
-    slices = 1 if hasattr(_thread, "of_ahead") else min(THREADS, len(span) // least)
+    slices = 1 if hasattr(_thread, "works_alone") else min(THREADS, len(span) // least)
     if slices < 2:
         kernel(span.start, span.stop, *arrays)
         return
@@ -52,20 +54,53 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(THREADS)
 
 
+if hasattr(os, "register_at_fork"):  # a forked process has none of its parent's threads
+    os.register_at_fork(after_in_child=_pool.cache_clear)
+
+
 def ahead(function: Callable, items: Iterable) -> Iterator:
-    """Yield ``function(item)`` in the order of `items`; threads evaluate the next ones in the meantime."""
-    items = list(items)
-    if len(items) == 1:
-        yield function(items[0])
+    """Yield ``function(item)`` in the order of `items`; threads evaluate the next ones in the meantime.
+
+    The calling thread evaluates one of the next itself where it would have to wait. All use one thread in a product.
+    """
+    items, jobs = deque(items), deque()
+    if min(THREADS, len(items)) < 2:
+        yield from map(function, items)
         return
-    waiting: deque[Future] = deque()
-    with ThreadPoolExecutor(THREADS, initializer=setattr, initargs=(_thread, "of_ahead", True)) as pool:
-        for item in items:
-            waiting.append(pool.submit(function, item))
-            if len(waiting) > THREADS:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+    with one_numpy_thread(), ThreadPoolExecutor(THREADS - 1, initializer=_work_alone) as pool:
+        _work_alone()
+        try:
+            while items or jobs:
+                while items and len(jobs) <= THREADS:
+                    jobs.append(_Job(pool, function, items.popleft()))
+                while not jobs[0].result.done() and any(job.taken() for job in jobs):
+                    pass
+                yield jobs.popleft().result.result()
+        finally:
+            del _thread.works_alone
+
+
+def _work_alone() -> None:
+    _thread.works_alone = True
+
+
+class _Job:
+    """A call that a thread of a pool makes, or the thread that needs its result."""
+
+    def __init__(self, pool: ThreadPoolExecutor, function: Callable, item: Any) -> None:
+        self._function, self._item = function, item
+        self.result: Future = pool.submit(function, item)
+
+    def taken(self) -> bool:
+        """Make the call here unless another thread has begun with it; whether it was made."""
+        if not self.result.cancel():
+            return False
+        self.result = Future()
+        try:
+            self.result.set_result(self._function(self._item))
+        except Exception as error:  # raised in its turn, so that the first item in error is told
+            self.result.set_exception(error)
+        return True
 
 
 @compile_allocating
