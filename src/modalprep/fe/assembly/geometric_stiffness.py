@@ -175,9 +175,9 @@ def _lower(indptr, indices, data, dofs, Phi, J: slice) -> list[tuple[int, np.nda
     Rows of nodes that do not move are left out.
     """
     k, w, b = data.shape[1], dofs.shape[1], J.stop - J.start
-    X, moving = Phi[:, J][dofs.T], np.flatnonzero(np.any(np.any(Phi, axis=1)[dofs], axis=1))
+    X, moving = Phi[:, J][dofs].reshape(len(dofs), -1), np.flatnonzero(np.any(np.any(Phi, axis=1)[dofs], axis=1))
     found = [(j, np.zeros((Phi.shape[1] - j, min(WIDTH, J.stop - j) * k))) for j in range(J.start, J.stop, WIDTH)]
-    force = np.empty((max(1, ROWS // w), w, b, k))
+    force = np.empty((max(1, ROWS // w), w * b, k))
     for start in range(0, len(moving), len(force)):
         rows = moving[start : start + len(force)]
         products(rows, indptr, indices, data, X, force)

@@ -100,22 +100,20 @@ def add_functions(lo, hi, indptr, neighbour, products, place, data):
 
 @compile_allocating
 def products(rows, indptr, indices, data, X, force):
-    """Set ``force (len(rows), w, b, k)`` to some rows of ``A_k X``.
+    """Set ``force (len(rows), c, k)`` to some rows of ``A_k X``.
 
-    ``data (nnz, k)`` of matrices of one CSR pattern, ``X (w, m, b)``. Of each row, dense products of all matrices with
+    ``data (nnz, k)`` of matrices of one CSR pattern, ``X (m, c)``. Of each row, one dense product of all matrices with
     what it touches of X.
     """
     longest = 0
     for row in rows:
         longest = max(longest, indptr[row + 1] - indptr[row])
-    touched = np.empty((longest, X.shape[2]))
+    touched = np.empty((longest, X.shape[1]))
     for r in range(len(rows)):
         start, count = indptr[rows[r]], indptr[rows[r] + 1] - indptr[rows[r]]
-        for w in range(len(X)):
-            for p in range(count):
-                for b in range(X.shape[2]):
-                    touched[p, b] = X[w, indices[start + p], b]
-            np.dot(touched[:count].T, data[start : start + count], force[r, w])
+        for p in range(count):
+            touched[p] = X[indices[start + p]]
+        np.dot(touched[:count].T, data[start : start + count], force[r])
 
 
 @compile_allocating
