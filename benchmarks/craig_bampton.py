@@ -4,7 +4,9 @@
 
 A box of quadratic tetrahedra with five rigid interfaces on its faces, 100 modes, truncation vectors, all geometric
 stiffness matrices, HDF5 file: seconds by stage are shares of the whole. `--quick`: 20 000 DOFs and 40 modes; else
-100 000 and 100. The last line is JSON: `share_outside_factor_and_eigen`.
+100 000 and 100. The second-order modal mass T, which this box has, is timed by itself: it takes the geometric stiffness
+of one prestress more for each coordinate, two thirds of all. The last line is JSON: `share_outside_factor_and_eigen`,
+and `share_without_T`.
 """
 
 from __future__ import annotations
@@ -50,20 +52,23 @@ def clocked(spent: dict[str, float]) -> Algebra:
 
 
 def road(mesh: mp.fe.Mesh, count: int, folder: Path) -> dict[str, float]:
-    """Seconds of each stage."""
+    """Seconds of each stage; that of T is what the modal body takes longer with it."""
     spent: dict[str, float] = {}
     marks = [time.perf_counter()]
     model = mp.assemble(mesh, {"body": mp.Solid(material=STEEL)}, interfaces())
     marks.append(time.perf_counter())
     reduction = mp.craig_bampton(model, modes=count, algebra=clocked(spent))
     marks.append(time.perf_counter())
+    mp.flexible_body(model, reduction, name="box", second_order_mass=False)
+    marks.append(time.perf_counter())
     body = mp.flexible_body(model, reduction, name="box")
     marks.append(time.perf_counter())
     mp.write_body(body, folder / "box.h5")
     marks.append(time.perf_counter())
-    assembly, reduce, integrals, file = np.diff(marks)
-    rest = reduce - spent["factor"] - spent["eigen"]
-    return {"assembly": assembly, **spent, "rest of the reduction": rest, "integrals and Kg": integrals, "file": file}
+    assembly, reduce, integrals, whole, file = np.diff(marks)
+    rest, second = reduce - spent["factor"] - spent["eigen"], {"T": max(whole - integrals, 0.0)}
+    spent |= {"rest of the reduction": rest, "integrals and Kg": integrals}
+    return {"assembly": assembly} | spent | (second if body.T is not None else {}) | {"file": file}
 
 
 def main() -> None:
@@ -77,8 +82,11 @@ def main() -> None:
     total = sum(spent.values())
     for stage, seconds in spent.items():
         print(f"{stage:24} {100 * seconds / total:5.1f} %")
-    outside = 1 - (spent["factor"] + spent["eigen"]) / total
-    print(json.dumps({"share_outside_factor_and_eigen": round(outside, 3)}))
+    solved = spent["factor"] + spent["eigen"]
+    print(json.dumps({
+        "share_outside_factor_and_eigen": round(1 - solved / total, 3),
+        "share_without_T": round(1 - solved / (total - spent["T"]), 3),
+    }))  # fmt: skip
 
 
 if __name__ == "__main__":
