@@ -106,6 +106,24 @@ class System(Record):
             rows.append([joint.name, joint.type, joint.parent, joint.child, float(body.m), body.n])
         return html_table(repr(self), ["joint", "type", "parent", "child", "mass of the child, kg", "modes"], rows)
 
+    def with_(self, **changes: Any) -> System:
+        """Return a copy with the named fields changed; joints that move as before are not checked again.
+
+        Returns
+        -------
+        System
+            The copy.
+        """
+        joints = changes.get("joints")
+        if len(changes) > 1 or type(joints) is not tuple or len(joints) != len(self.joints):
+            return super().with_(**changes)
+        if not all(map(Joint.moves_like, self.joints, joints)):
+            return super().with_(**changes)
+        found = object.__new__(type(self))
+        vars(found).update(vars(self), joints=joints)
+        vars(found).pop("_carriers", None)
+        return found
+
     def plot(self, run: Any = None, *, time: float | None = None) -> Any:
         """Show the bodies in a window or in a notebook.
 
