@@ -107,7 +107,7 @@ class Joint(Record):
         super().__post_init__()
 
     def with_(self, **changes: Any) -> Joint:
-        """Return a copy with the named fields changed; after a change of start values the others are not checked again.
+        """Return a copy with the named fields changed; after a change of start values the rest is not checked again.
 
         Returns
         -------
@@ -116,8 +116,7 @@ class Joint(Record):
         """
         if not changes.keys() <= STARTS.keys():
             return super().with_(**changes)
-        found = object.__new__(type(self))
-        vars(found).update(vars(self), **changes)
+        found = self._unchecked(**changes)
         found._check_starts()
         Record.__post_init__(found)
         return found

@@ -114,15 +114,10 @@ class System(Record):
         System
             The copy.
         """
-        joints = changes.get("joints")
-        if len(changes) > 1 or type(joints) is not tuple or len(joints) != len(self.joints):
-            return super().with_(**changes)
-        if not all(map(Joint.moves_like, self.joints, joints)):
-            return super().with_(**changes)
-        found = object.__new__(type(self))
-        vars(found).update(vars(self), joints=joints)
-        vars(found).pop("_carriers", None)
-        return found
+        given = changes["joints"] if list(changes) == ["joints"] else None
+        if type(given) is tuple and len(given) == len(self.joints) and all(map(Joint.moves_like, self.joints, given)):
+            return self._unchecked(joints=given, _carriers={self.child(joint): joint for joint in given})
+        return super().with_(**changes)
 
     def plot(self, run: Any = None, *, time: float | None = None) -> Any:
         """Show the bodies in a window or in a notebook.
