@@ -53,3 +53,8 @@ class Record:
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed."""
         return replace(self, **changes)  # type: ignore[type-var]
+
+    def _unchecked(self, **changes: Any) -> Self:
+        found = object.__new__(type(self))
+        vars(found).update(vars(self), **changes)
+        return found

@@ -12,6 +12,7 @@ from modalprep.ensemble.parameters import Parameters
 from modalprep.ensemble.record import DONE, FAILED, WAITING
 from modalprep.errors import ModalprepError
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import pack_changed
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
@@ -77,7 +78,9 @@ class CaseTask:
 
     def system_of(self, case: int) -> System:
         """Return the system of a case."""
-        return self.parameters.change(self.values[case])
+        system = self.parameters.change(self.values[case])
+        pack_changed(system, self.parameters.system)
+        return system
 
     def _run(self, case: int) -> Ended:
         begin = time.perf_counter()

@@ -154,7 +154,7 @@ def channel_names(system: System, t_end: float) -> Result:
     """
     packed = pack(system)
     channels = Channels(system, packed, Loading(system, packed, t_end).loops)
-    found = histories(channels, np.empty((0, channels.width)), np.empty(0))
+    found = histories(system, channels.index, np.empty((0, channels.width)), np.empty(0))
     return Result(time=np.empty(0), channels=found | {"energy.error": np.empty(0)}, status="start", message="")
 
 

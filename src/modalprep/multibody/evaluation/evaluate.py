@@ -112,10 +112,9 @@ def build_equations(packed: Packed, loading: Loading, data: Data | None = None) 
     }  # fmt: skip
     given = {"motion": loading.motion, "tau": loading.tau, "slope": loading.slope}
     key = "equations", *map(layout, records.values())
-    if key not in packed.patterns:
-        packed.patterns[key] = Pattern(Equations(**records, **given, **_own_arrays(packed)), tuple(given))
+    pattern = packed.pattern(key, lambda: Pattern(Equations(**records, **given, **_own_arrays(packed)), tuple(given)))
     present = {name: record for name, record in records.items() if record is not None}
-    equations = packed.patterns[key].copy(**present, **given)
+    equations = pattern.copy(**present, **given)
     if loading.active:
         equations.flags["loaded"] = 1
     return equations

@@ -31,9 +31,8 @@ def start_state(packed: Packed) -> np.ndarray:
     array([0.5, 0. , 0. , 0. ])
     """
     y = np.zeros(packed.nx + packed.nu)
-    columns = (packed.model.links[name].tolist() for name in ("joint", "x", "u", "about"))
     before = [0, 0]  # translations and rotations of the joint up to a link
-    for link, kind, x, u, about in zip(packed.links, *columns, strict=True):
+    for link, (kind, x, u, about) in zip(packed.links, packed.columns, strict=True):
         joint, u, turns = link.joint, packed.nx + u, bool(about)
         before = [0, 0] if link.hinge == 0 else before
         if kind in (REVOLUTE, SLIDING):

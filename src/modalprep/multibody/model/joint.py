@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import as_rotation
+
+STARTS = {"angle": ROTATIONS, "rate": ROTATIONS, "displacement": TRANSLATIONS, "speed": TRANSLATIONS}
+FREE_STARTS = ("velocity", "angular_velocity")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -94,19 +98,41 @@ class Joint(Record):
         axis = self._direction("axis")
         if JOINT_TYPES[self.type].second_axis:
             object.__setattr__(self, "second_axis", self._second(axis))
-        for key, counts in (
-            ("angle", ROTATIONS),
-            ("rate", ROTATIONS),
-            ("displacement", TRANSLATIONS),
-            ("speed", TRANSLATIONS),
-        ):
-            self._refuse_count(key, counts.get(self.type, 0))
+        self._check_starts()
         object.__setattr__(self, "axis", axis)
         object.__setattr__(self, "rotation", as_rotation(self.rotation, f"joint {self.name!r}: rotation"))
         self._check_pitch()
         self._check_elements()
         self._check_motion()
         super().__post_init__()
+
+    def with_(self, **changes: Any) -> Joint:
+        """Return a copy with the named fields changed; after a change of start values the rest is not checked again.
+
+        Returns
+        -------
+        Joint
+            The copy.
+        """
+        if not changes.keys() <= STARTS.keys():
+            return super().with_(**changes)
+        found = self._unchecked(**changes)
+        found._check_starts()
+        Record.__post_init__(found)
+        return found
+
+    def moves_like(self, other: Joint) -> bool:
+        """Say whether it differs from another joint in its start and its elements at most.
+
+        Returns
+        -------
+        bool
+            Whether both have the same axes and places, and connect the same bodies.
+        """
+        if self is other or not isinstance(other, Joint):
+            return self is other
+        pairs = ((getattr(self, name), getattr(other, name)) for name in GEOMETRY)
+        return all(a is b or np.array_equal(a, b) for a, b in pairs)
 
     @property
     def motions(self) -> tuple[TimeFunction, ...]:
@@ -118,6 +144,10 @@ class Joint(Record):
         """`axis`, `second_axis` (zero where there is none), the normal of both; in the parent's frame at zero."""
         second = np.zeros(3) if self.second_axis is None else self.second_axis
         return self.axis, second, np.cross(self.axis, second)
+
+    def _check_starts(self) -> None:
+        for key, counts in STARTS.items():
+            self._refuse_count(key, counts.get(self.type, 0))
 
     def _check_pitch(self) -> None:
         if (self.type == "screw") != (self.pitch != 0.0):
@@ -186,3 +216,8 @@ class Joint(Record):
             raise InputError(f"joint {self.name!r}: a {self.type} joint has no {key}")
         if value.shape not in ((), (count,)):
             raise InputError(f"joint {self.name!r}: {key} {value.tolist()} must be {count} number(s)")
+
+
+GEOMETRY = tuple(
+    each.name for each in fields(Joint) if each.name not in (*STARTS, *FREE_STARTS, "keep_start", "elements")
+)  # fields that are the same of joints that move alike

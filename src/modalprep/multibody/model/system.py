@@ -106,6 +106,19 @@ class System(Record):
             rows.append([joint.name, joint.type, joint.parent, joint.child, float(body.m), body.n])
         return html_table(repr(self), ["joint", "type", "parent", "child", "mass of the child, kg", "modes"], rows)
 
+    def with_(self, **changes: Any) -> System:
+        """Return a copy with the named fields changed; joints that move as before are not checked again.
+
+        Returns
+        -------
+        System
+            The copy.
+        """
+        given = changes["joints"] if list(changes) == ["joints"] else None
+        if type(given) is tuple and len(given) == len(self.joints) and all(map(Joint.moves_like, self.joints, given)):
+            return self._unchecked(joints=given, _carriers={self.child(joint): joint for joint in given})
+        return super().with_(**changes)
+
     def plot(self, run: Any = None, *, time: float | None = None) -> Any:
         """Show the bodies in a window or in a notebook.
 

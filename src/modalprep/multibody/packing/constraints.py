@@ -152,9 +152,7 @@ def no_constraints(tables: Tables) -> Constraints:
 def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float = 1.0) -> Work:
     """Allocate what changes in constraints, all active; lengths count by a size (m)."""
     held = *(table.tobytes() for table in (arrays.ends, arrays.rows, arrays.terms)), size
-    if held not in packed.patterns:
-        packed.patterns[held] = Pattern(_work(arrays, packed, size))
-    work = packed.patterns[held].copy()
+    work = packed.pattern(held, lambda: Pattern(_work(arrays, packed, size))).copy()
     if value is not None:
         work.value[:] = value
     return work

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -16,6 +16,11 @@ from modalprep.multibody.model.joint import Joint
 
 Made = TypeVar("Made")
 Place = int | tuple[int, int]  # in the state (nx + nu,), or of a prescribed hinge in the motion (nl, 3)
+OF_TREE = (
+    "patterns", "softest", "flexible", "linear", "types", "columns", "_link_of_body", "_links_of_joint",
+    "_places_of_joint",
+)  # fmt: skip
+MOST_PATTERNS = 64  # of one tree: systems that share it may differ in their springs, each of which has its own
 
 
 class Link(NamedTuple):
@@ -35,12 +40,34 @@ class Packed:
     nu: int  # number of speeds
     depleting: bool
 
+    def with_(self, joints: Mapping[int, Joint], gravity: np.ndarray, *, kept: bool) -> Packed:
+        """Return the same tree with other joints that move alike, by the `id` of those here, and another gravity.
+
+        `kept` tells that loads, closures and the elements of joints are the same too.
+        """
+        links = tuple(Link(joints[id(joint)], hinge, body) for joint, hinge, body in self.links)
+        same = np.array_equal(gravity, self.model.gravity)
+        model = self.model if same else self.model._replace(gravity=np.array(gravity))
+        found = Packed(model, links, self.nu, self.depleting)
+        names = OF_TREE + ("_data",) * same + ("_constant",) * kept
+        vars(found).update((name, getattr(self, name)) for name in names)
+        return found
+
+    def pattern(self, key: tuple, make: Callable[[], Pattern]) -> Pattern:
+        """Return what is made anew for each run of the system, by what it depends on."""
+        found = self.patterns.get(key)
+        if found is None:
+            if len(self.patterns) >= MOST_PATTERNS:
+                self.patterns.clear()
+            found = self.patterns[key] = make()
+        return found
+
     @cached_property
     def patterns(self) -> dict[tuple, Pattern]:
-        """What is made anew for each run of the system, by what it depends on."""
+        """What `pattern` has made."""
         return {}
 
-    def kept(self, name: str, make: Callable[[], Made], is_constant: Callable[[Made], bool]) -> Made:
+    def kept(self, name: str, make: Callable[[], Made], is_constant: Callable[[Made], bool] = bool) -> Made:
         """Return what is made once where it `is_constant`, else anew."""
         found = self._constant.get(name) or make()
         if is_constant(found):
@@ -72,6 +99,11 @@ class Packed:
         for i, _, own in self.flexible:
             found[:, own] = self.model.modal.diagonal[kinds[i], :, : own.stop - own.start]
         return found
+
+    @cached_property
+    def columns(self) -> list[tuple[int, int, int, float]]:
+        """Of every link: joint type, first coordinate and speed, turn per unit."""
+        return list(zip(*(self.model.links[name].tolist() for name in ("joint", "x", "u", "about")), strict=True))
 
     @property
     def nx(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache
+from operator import is_
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -54,6 +55,24 @@ def pack(system: System) -> Packed:
     if system not in PACKED:
         PACKED[system] = _pack(system)
     return PACKED[system]
+
+
+def pack_changed(system: System, before: System) -> Packed:
+    """Return the model of a system, the arrays of the one `before` where only starts, loads and gravity differ."""
+    if not _same_tree(system, before):
+        return pack(system)
+    elements = ([joint.elements for joint in each.joints] for each in (system, before))
+    kept = system.loads is before.loads and system.closures is before.closures and all(map(is_, *elements))
+    joints = dict(zip(map(id, before.joints), system.joints, strict=True))
+    PACKED[system] = found = pack(before).with_(joints, system.gravity, kept=kept)
+    return found
+
+
+def _same_tree(one: System, other: System) -> bool:
+    """Whether two systems differ in nothing that `_pack` reads, but for gravity."""
+    same = one.orbit is other.orbit and one.depletions is other.depletions
+    same = same and list(one.bodies) == list(other.bodies) and all(map(is_, one.bodies.values(), other.bodies.values()))
+    return same and len(one.joints) == len(other.joints) and all(map(Joint.moves_like, one.joints, other.joints))
 
 
 def _pack(system: System) -> Packed:

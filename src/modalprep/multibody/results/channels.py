@@ -33,10 +33,10 @@ TOTALS = {
     "momentum.linear": slice(LINEAR, ANGULAR),
     "momentum.angular": slice(ANGULAR, SUMS),
 }
-LINK = ("joint", "x", "u", "about")  # what channels need to know of a link
 ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
 STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT, ACCELERATION = range(6)  # what a number is: arrays of one evaluation
 INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
+Index = dict[str, int | slice]  # columns by the channel's name
 
 
 class Columns(NamedTuple):
@@ -76,8 +76,7 @@ class Channels:
 
     def __init__(self, system: System, packed: Packed, loops: Loops | None) -> None:
         self.system, self.packed = system, packed
-        self._links = list(zip(*(packed.model.links[name].tolist() for name in LINK), strict=True))
-        self.index: dict[str, int | slice] = dict(TOTALS)
+        self.index: Index = dict(TOTALS)
         self.width = SUMS
         self.columns = Columns(
             *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
@@ -114,7 +113,7 @@ class Channels:
 
     def _hinge(self, i: int, joint: Joint) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""
-        kind, x, u, about = self._links[i]
+        kind, x, u, about = self.packed.columns[i]
         position, speed = ("angle", "rate") if about else ("displacement", "speed")
         if kind in (REVOLUTE, SLIDING):
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []

@@ -8,7 +8,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.system import System
-from modalprep.multibody.results.channels import ENERGIES, Channels
+from modalprep.multibody.results.channels import ENERGIES, Channels, Columns, Index
 from modalprep.multibody.results.observation import record
 from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result
@@ -24,15 +24,16 @@ class Recorder:
     """
 
     def __init__(self, integration: Integration, most: int) -> None:
-        loops = integration.loading.loops
-        self.equations, self.count = integration.equations, 0
-        self.channels = Channels(integration.system, integration.packed, loops)
-        self.soft = integration.packed.softest if loops else 0.0
+        system, packed, loops = integration.system, integration.packed, integration.loading.loops
+        self.system, self.equations, self.count = system, integration.equations, 0
+        self.index, columns, width = packed.kept("channels", lambda: _layout(Channels(system, packed, loops)))
+        self.columns = columns._replace(reactions=np.zeros_like(columns.reactions))
+        self.soft = packed.softest if loops else 0.0
         try:
-            self.time, self.rows = np.empty(most), np.empty((most, self.channels.width))
+            self.time, self.rows = np.empty(most), np.empty((most, width))
         except MemoryError:
             raise InputError(
-                f"simulation: {most} output times of {self.channels.width} numbers each do not fit into memory; raise "
+                f"simulation: {most} output times of {width} numbers each do not fit into memory; raise "
                 "output_step or lower t_end"
             ) from None
 
@@ -42,16 +43,22 @@ class Recorder:
         if here.stop > len(self.time):
             self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
         self.time[here] = times
-        record(self.equations, self.channels.columns, times, states, self.soft, self.rows[here])
+        record(self.equations, self.columns, times, states, self.soft, self.rows[here])
         self.count = here.stop
 
     def result(self, status: str, message: str, stats: dict[str, str | int | float]) -> Result:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
-        found = histories(self.channels, self.rows[: self.count], self.time[: self.count])
-        return audited(self.time[: self.count], found, status, message, stats)
+        time, rows = self.time[: self.count], self.rows[: self.count]
+        rows.flags.writeable = False  # of the channels too, at once
+        return audited(time, histories(self.system, self.index, rows, time), status, message, stats)
 
 
-def histories(channels: Channels, rows: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:
+def _layout(channels: Channels) -> tuple[Index, Columns, int]:
+    """Return what does not hold the system, which lives as long as it is used."""
+    return channels.index, channels.columns, channels.width
+
+
+def histories(system: System, index: Index, rows: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:
     """Return the channels by name, views of rows (nt, width), with those that follow from them; but ``energy.error``.
 
     Examples
@@ -62,12 +69,12 @@ def histories(channels: Channels, rows: np.ndarray, time: np.ndarray) -> dict[st
     >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
-    >>> histories(Channels(arm, pack(arm), None), np.zeros((5, 60)), np.arange(5.0))["arm.origin"].shape
+    >>> histories(arm, Channels(arm, pack(arm), None).index, np.zeros((5, 60)), np.arange(5.0))["arm.origin"].shape
     (5, 3)
     """
-    found = {name: rows[:, columns] for name, columns in channels.index.items()}
-    found |= _axes(channels.system, found) | stress_channels(channels.system.bodies, found)
-    return found | recovery_channels(channels.system, time, found)
+    found = {name: rows[:, columns] for name, columns in index.items()}
+    found |= _axes(system, found) | stress_channels(system.bodies, found)
+    return found | recovery_channels(system, time, found)
 
 
 def _axes(system: System, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -86,10 +93,12 @@ def audited(
     time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, str | int | float]
 ) -> Result:
     """Return the result with its energy balance: ``energy.error``, and the largest relative error in the stats."""
-    parts = [channels[name] for name in ENERGIES]
-    total = np.sum(parts, axis=0)
-    error = total - total[0] - channels["energy.work"]
-    scale = np.abs([p - p[0] for p in parts] + [channels["energy.work"], channels["energy.kinetic"]]).max()
+    parts = np.array([channels[name] for name in (*ENERGIES, "energy.work", "energy.kinetic")])
+    stored, work = parts[: len(ENERGIES)], parts[len(ENERGIES)]
+    total = stored.sum(axis=0)
+    error = total - total[0] - work
+    stored -= stored[:, :1].copy()
+    scale = np.abs(parts).max()
     relative = float(np.abs(error).max() / max(scale, np.finfo(float).tiny))
     return Result(
         time=time, channels=channels | {"energy.error": error}, status=status, message=message,
