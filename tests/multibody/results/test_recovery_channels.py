@@ -141,6 +141,14 @@ def test_accelerometers_agree_with_the_solver():
     assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())  # round-off
 
 
+def _same(row: dict, other: dict, round_off: float) -> bool:
+    sizes = {
+        "highest": pytest.approx(row["highest"], abs=round_off),
+        "lowest": pytest.approx(row["lowest"], abs=round_off),
+    }
+    return other | {"margin": 0} == row | sizes | {"margin": 0}
+
+
 def test_envelopes_are_the_extremes_of_the_histories(monkeypatch):
     system = mp.System(bodies={"arm": beam()}, joints=(hinge(motion="sin(7*t)"),), gravity=np.array([0, -G, 0]))
     run = mp.simulate(system, t_end=1.0)
@@ -150,7 +158,10 @@ def test_envelopes_are_the_extremes_of_the_histories(monkeypatch):
     assert AT_ONCE > 2000
     for each, pieces in zip(whole, envelopes(run, system.bodies), strict=True):
         for row, again in zip(each.rows(), pieces.rows(), strict=True):
-            assert row == again or (row | {"margin": 0} == again | {"margin": 0})
+            round_off = (
+                1e-12 * np.abs(each.largest).max()
+            )  # of the largest of its kind: pieces are multiplied otherwise
+            assert row == again or _same(row, again, round_off)
             history = run[f"arm.recovery.{each.name}.{row['place']}.{row['component']}"]
             assert (row["highest"], row["lowest"]) == pytest.approx((history.max(), history.min()), rel=1e-12)
             assert history[run.time == row["at_s"]] == pytest.approx(row["highest"], rel=1e-12)

@@ -86,7 +86,7 @@ class Phase:
         outcome = self.integration.run(recorder.add, progress)
         self.t, self.counts = outcome.t, outcome.stats
         count = min(recorder.count, int(np.sum(self.integration.watch.times <= self.t * (1 + 1e-14))))
-        self.settings.histories.add(recorder.channels.index, recorder.rows[:count])
+        self.settings.histories.add(recorder.index, recorder.rows[:count])
         self.method = str(outcome.stats["method"])  # for the next phase
         for name, times in outcome.events.items():
             if len(times) and times[-1] == outcome.t and outcome.t < planned.t:
