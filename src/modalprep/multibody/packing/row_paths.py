@@ -62,7 +62,10 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     passed = sorted({link for path in paths for link in path})
     planar = _planar(arrays, links, passed, moving)
     in_plane = planar and _planar(arrays, links, list(range(len(links))), moving)
-    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), planar, in_plane)
+    ends = groups[: counts[0]][["link_a", "link_b"]].tolist()
+    rigid = not any(link >= 0 and links[link].modes for pair in ends for link in pair)
+    count = int(bundles.count.sum())
+    return Paths(groups, bundles, lane, places, entries, *counts, count, rigid, planar, in_plane)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:

@@ -250,7 +250,8 @@ def _solve_back(work, blocks):
         if k >= rank:
             continue
         x, p = work.halfway[at(k)], work.places[at(k)]
-        work.solution[at(p)] = x
+        q = p & ~(WIDTH - 1)
+        put_lanes(work.solution, q, with_lane(get_lanes(work.solution, q), p - q, x))  # as it is read
         for j in range(k):
             work.halfway[at(j)] -= work.factor[at(j)][at(p)] * x
     for p in range(WIDTH * blocks):
