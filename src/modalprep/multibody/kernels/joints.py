@@ -21,7 +21,7 @@ from modalprep.multibody.kernels.algebra.inertia_blocks import (
     second_column,
     whole,
 )
-from modalprep.multibody.kernels.algebra.lanes import get_lanes, numbers, put_lanes
+from modalprep.multibody.kernels.algebra.lanes import numbers
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     inverse_symmetric,
@@ -313,23 +313,6 @@ def _solve(pivot, x, v):
             found -= pivot[start + b] * x[a + b]
         x[a] = found / pivot[start]
     return get6(x)
-
-
-@compile_inline
-def solve_free(pivot, x):
-    """Do as `_solve` with lanes ``x (24,)``, which become the solution."""
-    start = 0
-    for a in range(6):
-        g, found = 1.0 / pivot[start], get_lanes(x, 4 * a)
-        for b in range(1, 6 - a):
-            put_lanes(x, 4 * (a + b), get_lanes(x, 4 * (a + b)) - (g * pivot[start + b]) * found)
-        start += 6 - a
-    for a in range(5, -1, -1):
-        start -= 6 - a
-        found = get_lanes(x, 4 * a)
-        for b in range(1, 6 - a):
-            found = found - pivot[start + b] * get_lanes(x, 4 * (a + b))
-        put_lanes(x, 4 * a, (1.0 / pivot[start]) * found)
 
 
 @compile_kernel

@@ -22,7 +22,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     put_lanes,
     put_lanes6,
 )
-from modalprep.multibody.kernels.algebra.matrices import inertia_times, symmetric_times, times, transposed_times
+from modalprep.multibody.kernels.algebra.matrices import inertia_times, times, transposed_times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
@@ -42,10 +42,10 @@ from modalprep.multibody.kernels.algebra.tuples import (
 from modalprep.multibody.kernels.articulated_body import forward_bias, inward_link
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
-from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, zeros
+from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, yielded, zeros
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
-from modalprep.multibody.kernels.joints import along_axis, column, solve_free, speeds_from_bias
+from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias
 from modalprep.multibody.kernels.modal import (
     add_row_to_modes,
     clear_bias_of_modes,
@@ -209,7 +209,7 @@ def _through_several(model, data, work, i, p, tau):
     link, own, entry = model.links[i], data.links[i], work.paths.entries[p]
     turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
     speeds, force = speeds_from_bias(link, own, get6(own.force), tau), get_lanes6(work.entries[p].force)
-    x = _yielded(link, own, work.speeds, force)
+    x = yielded(link, own, work.speeds, force)
     put_lanes6(work.speeds, x)
     for k in range(work.paths.bundles[entry.bundle].count):
         x_k = get_lane6(work.speeds, at(k))
@@ -220,17 +220,6 @@ def _through_several(model, data, work, i, p, tau):
             put_lanes(S, 4 * k, get_lanes(S, 4 * k) + dot6(f, x_k))
     left = sub6(force, inertia_times(M, H, J, x))
     _hand_on(model, data, work, i, entry, left, dot6(force, speeds), turn, arm, bias)
-
-
-@compile_inline
-def _yielded(link, own, scratch, force):
-    """Return ``S D^-1 S' force`` of a joint of several axes, as `speeds_from_bias`; scratch ``(24,)``."""
-    if link.joint == SPHERICAL:
-        none, t = four(0.0), symmetric_times(get6(own.pivot), (force[3], force[4], force[5]))
-        return none, none, none, t[0], t[1], t[2]
-    put_lanes6(scratch, force)
-    solve_free(own.pivot, scratch)
-    return get_lanes6(scratch)
 
 
 @compile_inline

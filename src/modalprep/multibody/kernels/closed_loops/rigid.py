@@ -1,7 +1,8 @@
 """What moves the rows between rigid bodies: their forces in the axes of the links that they push (theory 5.4).
 
 The same as the rows of constraints.py between ends that their bodies do not move, and what `responses.respond` begins
-with, but nothing is turned to inertial axes and back, and ends and lines of action stay what they were.
+with, but nothing is turned to inertial axes and back, and ends and lines of action stay what they were. Loops have no
+rows ABOUT, which are those of bushings in an implicit step.
 
 Arguments as in constraints.py; the ground is at rest.
 """
@@ -15,7 +16,6 @@ from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes
 from modalprep.multibody.kernels.algebra.matrices import times, transposed_times
 from modalprep.multibody.kernels.algebra.tuples import ZERO3, add3, at, axpy3, cross, dot3, get3, get9, sub3
 from modalprep.multibody.kernels.closed_loops.constraints import (
-    ABOUT,
     ANGLE,
     COUPLER,
     DISTANCE,
@@ -66,7 +66,7 @@ def moving_residual(cons, model, data, y, motion, t, work):
 @compile_inline
 def _hold(cons, model, data, work, group, own):
     """Write what the rows of a group measure, and let them push their ends."""
-    if group.kind == ANGLE or group.kind == ABOUT:
+    if group.kind == ANGLE:
         _hold_turns(data, work, group, own)
     elif group.kind == DISTANCE:
         _hold_distance(cons, model, data, work, group, own)
@@ -78,9 +78,9 @@ def _hold(cons, model, data, work, group, own):
 
 @compile_inline
 def _motion(cons, model, data, end):
-    """Return an end's position, velocity and acceleration without those of links, inertial axes, and where on its link.
+    """Return the position, velocity and acceleration of an end, inertial axes, and where it is on its link.
 
-    That of the ground is what gravity makes of it.
+    Its acceleration is what is left when that of its link is zero; on the ground, what gravity makes of it.
     """
     end = cons.ends[at(end)]
     if end.link < 0:
@@ -162,17 +162,12 @@ def _pull(data, work, i, p, adds, arm, line, lane):
 
 @compile_inline
 def _hold_turns(data, work, group, own):
-    """Hold directions or turns of two links, or of one and the ground: all in the axes of b."""
-    wa, wb = _spin(data, group.link_a), _spin(data, group.link_b)
-    e, wa = _turned(data, group, get_lanes3(group.in_a, 0)), _turned(data, group, wa)
-    d, turning = sub3(wb, wa), cross(wb, wa)
-    if group.kind == ABOUT:
-        t, phi, bias = e, four(0.0), dot3(e, turning)
-    else:
-        h = get_lanes3(group.in_b, 0)
-        t, phi = cross(h, e), dot3(e, h)
-        bias = dot3(cross(d, h), cross(e, d)) + dot3(t, turning)
-    put_lanes3(own.measured, 0, (phi, dot3(t, d), bias))
+    """Hold directions of two links, or of one and the ground: all in the axes of b."""
+    wa, wb = _turned(data, group, _spin(data, group.link_a)), _spin(data, group.link_b)
+    e, h = _turned(data, group, get_lanes3(group.in_a, 0)), get_lanes3(group.in_b, 0)
+    t, d = cross(h, e), sub3(wb, wa)
+    bias = dot3(cross(d, h), cross(e, d)) + dot3(t, cross(wb, wa))
+    put_lanes3(own.measured, 0, (dot3(e, h), dot3(t, d), bias))
     total = work.bundles[at(group.bundle)].bias
     put_lanes(total, 0, get_lanes(total, 0) + bias)
     if group.link_b >= 0:
@@ -218,6 +213,7 @@ def _turn(work, p, adds, t):
 
 @compile_inline
 def _push_turns(force, adds, t):
+    """Write torques to the forces of an entry, or add them to it if it `adds`."""
     if adds:
         t = add3(get_lanes3(force, 12), t)
     put_lanes3(force, 12, t)
