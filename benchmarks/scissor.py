@@ -8,7 +8,8 @@ time over the bays between them, redundant conditions included; `pinned_chain_sl
 chain whose end is pinned, from 60 to 540. The loops of the mast are not independent of each other: one more is one more
 row and column of a full matrix. `loop_over_tree` is the time of closed systems over that of the same bodies without
 their closures, in compiled code, rigid and flexible: of each system, their median and the largest.
-Trees are evaluated in space; the linkages, the mast and the pinned chain of bars within their plane.
+Trees are evaluated in space, and so are the closed systems of spatial.py and chains of links on alternating axes; the
+other rigid ones within their plane.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import statistics
 from collections.abc import Callable
 
 import numpy as np
+import spatial
 from chains import chain, medians
 
 import modalprep as mp
@@ -90,7 +92,12 @@ def held(count: int, modes: int, kind: str) -> mp.System:
 CLOSED = {
     "four bars, pinned": four_bar("spherical"),
     "four bars, hinged": four_bar("revolute"),
+    "four bars in space, pinned": spatial.four_bar(),
+    "slider crank in space": spatial.slider_crank(),
+    "Bennett's linkage, hinged": spatial.bennett(),
+    "hexapod": spatial.hexapod(),
     "chain of 10 on a rod": held(10, 0, "distance"),
+    "chain of 10, pinned": held(10, 0, "spherical"),
     "chain of 60, pinned": pinned(60),
     "mast of 4 bays": mast(4),
     "3 flexible links on a rod": held(3, 6, "distance"),

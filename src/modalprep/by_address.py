@@ -194,7 +194,10 @@ class Pattern(Generic[Made]):
             When one of these has another type, or an array another order in memory.
         """
         found = object.__new__(self.kind)
-        block = self.block.copy()
+        memory = np.empty(len(self.block) + LINE, dtype=np.uint8)
+        begin = -_data(memory) % LINE  # vectors of four numbers that lie in two lines are read and written slowly
+        block = memory[begin : begin + len(self.block)]
+        block[:] = self.block
         words, first = self.words + _data(block) * self.moves, self.type.first
         for name, value in others.items():
             if layout(value) != self.layouts[name]:

@@ -9,13 +9,10 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lane6,
     get_lanes,
     get_lanes3,
-    get_lanes6,
     instructions,
     numbers,
-    put_lane6,
     put_lanes,
     put_lanes3,
-    put_lanes6,
     sum_lanes,
     transposed,
 )
@@ -95,15 +92,13 @@ def test_functions_on_tuples_take_lanes():
 
 
 @compile_kernel
-def _exchange(a, k, m, out):
-    put_lanes6(out, get_lanes6(a))
-    put_lane6(out, m, get_lane6(a, k))
+def _lane(a, k, out):
+    for c, x in enumerate(get_lane6(a, k)):
+        out[c] = x
 
 
-@pytest.mark.parametrize(("k", "m"), [(0, 3), (2, 1)])
-def test_a_lane_of_a_spatial_vector(k, m):
-    a, out = np.arange(24.0), np.empty(24)
-    _exchange(a, k, m, out)
-    expected = a.reshape(6, 4).copy()
-    expected[:, m] = expected[:, k]
-    assert out.reshape(6, 4).tolist() == expected.tolist()
+@pytest.mark.parametrize("k", [0, 2])
+def test_a_lane_of_a_spatial_vector(k):
+    a, out = np.arange(24.0), np.empty(6)
+    _lane(a, k, out)
+    assert out.tolist() == a.reshape(6, 4)[:, k].tolist()

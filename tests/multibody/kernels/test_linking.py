@@ -84,6 +84,13 @@ def test_copies_of_a_pattern_are_records_of_their_own():
     assert all(record.inner.vector[0] == -1.0 for record in (*copies, given))
 
 
+def test_copies_of_a_pattern_begin_lines_of_the_cache():
+    """Wherever their memory is, so that no vector of four numbers lies in two lines of 64 bytes."""
+    pattern = Pattern(outer(np.zeros((2, 3))))
+    copies = [pattern.copy() for _ in range(20)]
+    assert {copy.matrix.ctypes.data % 64 for copy in copies} == {0}
+
+
 def test_copies_of_a_pattern_take_arrays_of_other_sizes_but_not_of_other_kinds():
     found, matrix = np.zeros(8), np.arange(12.0).reshape(3, 4)
     pattern = Pattern(outer(np.zeros((2, 3))), ("matrix",))

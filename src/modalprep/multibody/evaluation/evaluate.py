@@ -42,9 +42,9 @@ from modalprep.multibody.kernels.closed_loops.multipliers import (
     constraint_accelerations,
     constraint_power,
 )
-from modalprep.multibody.kernels.closed_loops.planar import moving_residual
 from modalprep.multibody.kernels.closed_loops.planar_tree import inward_of_closed
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
+from modalprep.multibody.kernels.closed_loops.rigid import moving_residual
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up

@@ -62,7 +62,8 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     passed = sorted({link for path in paths for link in path})
     planar = _planar(arrays, links, passed, moving)
     in_plane = planar and _planar(arrays, links, list(range(len(links))), moving)
-    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), planar, in_plane)
+    kinds = _rigid(links, groups[: counts[0]]), planar, in_plane
+    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), *kinds)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
@@ -79,6 +80,12 @@ def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int
         found[-1].append(k)
         room, links = (0 if alone else room - len(members[k])), links | set(path)
     return found
+
+
+def _rigid(links, groups: np.ndarray) -> bool:
+    """Return whether no end of these groups is on a flexible body."""
+    ends = np.concatenate([groups["link_a"], groups["link_b"]])
+    return not links["modes"][ends[ends >= 0]].any()
 
 
 def _planar(arrays: Constraints, links, passed: list[int], moving: list[bool]) -> bool:

@@ -136,9 +136,3 @@ def put_rows9(a, rows):
 def get_lane6(a, k):
     """A spatial vector of numbers: lane k of `get_lanes6`."""
     return a[k], a[4 + k], a[8 + k], a[12 + k], a[16 + k], a[20 + k]
-
-
-@compile_inline
-def put_lane6(a, k, v):
-    """Write lane k of `put_lanes6`."""
-    a[k], a[4 + k], a[8 + k], a[12 + k], a[16 + k], a[20 + k] = v

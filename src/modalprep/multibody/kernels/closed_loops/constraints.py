@@ -128,7 +128,8 @@ class Paths(NamedTuple):
     slides: int  # rows of friction
     works: int  # those, and rows that have functions of time
     pushing: int  # rows in the bundles
-    planar: bool  # whether all rows that something moves are those of planar loops (planar.py)
+    rigid: bool  # whether the ends of all rows that something moves are on rigid bodies or the ground (rigid.py)
+    planar: bool  # and all rows that something moves are those of planar loops (planar.py)
     in_plane: bool  # and all links of the system move in their plane (planar_tree.py)
 
 
@@ -162,7 +163,7 @@ class Work(NamedTuple):
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
-    flat: np.ndarray  # (1,) int, 1 after a residual of planar loops that holds only what moves them (planar.py)
+    flat: np.ndarray  # (1,) int, 1 after a residual that holds only what moves the rows (rigid.py)
     sine: np.ndarray  # (2,) the least sine of an independent row, now and in the last closed state
     tau: np.ndarray  # (nu,) zeros
     step: np.ndarray  # (nu,) response to the multipliers
@@ -222,7 +223,7 @@ def constraint_residual(cons, model, data, y, motion, t, work, moving):
             less_values(cons, work, group, own, t)
         else:
             less_lengths(work, group, own)
-    _couplers(cons, y, model.nx, motion, work)
+    couplers(cons, y, model.nx, motion, work)
 
 
 @compile_inline
@@ -298,7 +299,8 @@ def _lines(group, a, b, own):
 
 
 @compile_inline
-def _couplers(cons, y, nx, motion, work):
+def couplers(cons, y, nx, motion, work):
+    """Add what sums of joint coordinates measure to what their rows are less of."""
     for k in range(len(cons.terms)):
         i, c, x = cons.terms[k].row, cons.terms[k].factor, cons.terms[k].x
         if x >= 0:

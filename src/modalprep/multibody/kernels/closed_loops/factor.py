@@ -87,10 +87,11 @@ def _factorize(work, blocks, solving):
             break
         least = min(least, square)
         k = at(rank)
-        work.order[k], work.inverse[k] = work.paths.row[at(p)], 1.0 / d
-        _eliminate(work, blocks, rank, p)
+        g = 1.0 / d
+        work.order[k], work.inverse[k] = work.paths.row[at(p)], g
+        _eliminate(work, blocks, rank, p, g)
         if solving:
-            _solve_step(work, blocks, rank, p)
+            _solve_step(work, blocks, rank, p, g)
         rank += 1
     work.rank[0], work.sine[0] = rank, np.sqrt(least)
     if rank < work.paths.pushing:
@@ -128,8 +129,8 @@ def _left(work, q):
 
 
 @compile_inline
-def _eliminate(work, blocks, k, p):
-    """Write column k of ``L D`` and of L, that of place p, and take it off what is left of the rows.
+def _eliminate(work, blocks, k, p, g):
+    """Write column k of ``L D`` and of L, that of place p and inverse pivot g, and take it off what rows have left.
 
     Two bundles at a time: sums of one would wait for each other.
     """
@@ -140,21 +141,21 @@ def _eliminate(work, blocks, k, p):
                 break
             f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
             one, two = one - f * get_lanes(other, WIDTH * q), two - f * get_lanes(other, WIDTH * q + WIDTH)
-        _take_off(work, k, p, q, one)
-        _take_off(work, k, p, q + 1, two)
+        _take_off(work, k, p, g, q, one)
+        _take_off(work, k, p, g, q + 1, two)
     if blocks & 1:
         one = _column(work, at(blocks - 1), at(p))
         for j in range(WIDTH * blocks):
             if j >= k:
                 break
             one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
-        _take_off(work, k, p, blocks - 1, one)
+        _take_off(work, k, p, g, blocks - 1, one)
 
 
 @compile_inline
-def _take_off(work, k, p, q, column):
+def _take_off(work, k, p, g, q, column):
     """Write column k for bundle q, and take it off what is left of its rows."""
-    share = work.inverse[at(k)] * column
+    share = g * column
     put_lanes(work.columns[at(k)], WIDTH * q, column)
     put_lanes(work.factor[at(k)], WIDTH * q, share)
     left = get_lanes(work.rest, WIDTH * q) - share * column
@@ -226,15 +227,15 @@ def _solve(work, blocks):
     for k in range(WIDTH * blocks):
         if k >= work.rank[0]:
             break
-        _solve_step(work, blocks, k, work.places[at(k)])
+        _solve_step(work, blocks, k, work.places[at(k)], work.inverse[at(k)])
     _solve_back(work, blocks)
 
 
 @compile_inline
-def _solve_step(work, blocks, k, p):
+def _solve_step(work, blocks, k, p, g):
     """Write number k of the solution with L and D, and take its column, that of place p, off the right-hand side."""
     y = work.given[at(p)]
-    work.halfway[at(k)] = y * work.inverse[at(k)]
+    work.halfway[at(k)] = y * g
     for q in range(blocks):
         column = get_lanes(work.factor[at(k)], WIDTH * q)
         put_lanes(work.given, WIDTH * q, get_lanes(work.given, WIDTH * q) - y * column)
@@ -244,15 +245,23 @@ def _solve_step(work, blocks, k, p):
 def _solve_back(work, blocks):
     """Write the multipliers, from the last pivot to the first; each is taken off those before it at once."""
     rank, none = work.rank[0], four(0.0)
+    one, two = none, none  # whole vectors, which are read as such at once
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
     for k in range(WIDTH * blocks - 1, -1, -1):
         if k >= rank:
             continue
         x, p = work.halfway[at(k)], work.places[at(k)]
-        work.solution[at(p)] = x
+        if blocks > 2:
+            work.solution[at(p)] = x
+        else:
+            one, two = with_lane(one, p, x), with_lane(two, p - WIDTH, x)
         for j in range(k):
             work.halfway[at(j)] -= work.factor[at(j)][at(p)] * x
+    if blocks <= 2:
+        put_lanes(work.solution, 0, one)
+    if blocks == 2:
+        put_lanes(work.solution, WIDTH, two)
     for p in range(WIDTH * blocks):
         i = work.paths.row[at(p)]
         if i >= 0:

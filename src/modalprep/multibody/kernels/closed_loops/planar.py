@@ -9,46 +9,22 @@ Arguments as in constraints.py. Numbers (x, y) are in the plane, in the axes of 
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
 from modalprep.multibody.kernels.algebra.tuples import ZERO3, add3, at, axpy3, dot3, get3
-from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual, less_lengths, less_values
-from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, zeros
-from modalprep.multibody.kernels.interfaces import free_position, ground_rate
+from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products
+from modalprep.multibody.kernels.interfaces import free_position
 
 ABOUT_NORMAL = 20  # of the torque about z in the forces of an entry
 
 
-@compile_kernel
-def moving_residual(cons, model, data, y, motion, t, work):
-    """Do as `constraint_residual` with the rows that something moves; of planar loops, only what moves them.
-
-    Of these, ends and lines of action stay what they were, and the forces that `respond` begins with are written.
-    `cons` may be None.
-    """
-    if cons is None:
-        return
-    if not work.paths.planar or ground_rate(data) != 0.0:
-        constraint_residual(cons, model, data, y, motion, t, work, True)
-        return
-    work.flat[0] = 1
-    for b in range(len(work.bundles)):
-        own = work.bundles[at(b)]
-        put_lanes(own.bias, 0, zeros(work))
-        put_lanes(own.free, 0, zeros(work))
-        clear(work, own.S)
-        for q in range(b):
-            clear(work, work.between[at(b), at(q)].S)
-    for k in range(work.paths.moving):
-        group, own = work.paths.groups[at(k)], work.groups[at(k)]
-        if group.grounded:
-            _hold_to_ground(cons, model, data, work, group, own)
-        else:
-            _hold_together(cons, model, data, work, group, own)
-        if group.timed:
-            less_values(cons, work, group, own, t)
-        else:
-            less_lengths(work, group, own)
+@compile_inline
+def hold_in_plane(cons, model, data, work, group, own):
+    """Write what the rows of a group measure, and let them push their ends."""
+    if group.grounded:
+        _hold_to_ground(cons, model, data, work, group, own)
+    else:
+        _hold_together(cons, model, data, work, group, own)
 
 
 @compile_inline

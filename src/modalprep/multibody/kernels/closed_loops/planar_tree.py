@@ -28,7 +28,7 @@ def inward_of_closed(cons, model, data, work, tau, more, c1, c2):
     """
     if cons is None:
         return inward(model, data, tau, more, c1, c2)
-    if not work.flat[0]:
+    if not (work.flat[0] and work.paths.planar):
         return inward_and_respond(cons, model, data, work, tau, more, c1, c2)
     if work.paths.in_plane:
         return _inward_in_plane(model, data, work, tau)

@@ -6,8 +6,10 @@ Arguments as in constraints.py.
 from __future__ import annotations
 
 from modalprep.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, put_lanes
-from modalprep.multibody.kernels.algebra.tuples import at
+from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
+from modalprep.multibody.kernels.algebra.matrices import symmetric_times
+from modalprep.multibody.kernels.algebra.tuples import at, get6
+from modalprep.multibody.kernels.data import SPHERICAL
 
 
 @compile_inline
@@ -29,6 +31,34 @@ def add_other_products(work, p, g):
         S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
         add_products(S, entry.count, drive, g * get_lanes(work.entries[at(q)].drive, 0))
         q += 1
+
+
+@compile_inline
+def yielded(link, own, scratch, force):
+    """Return ``S D^-1 S' force`` of a spherical or a free joint for the forces of four rows; scratch ``(24,)``."""
+    if link.joint == SPHERICAL:
+        none, t = four(0.0), symmetric_times(get6(own.pivot), (force[3], force[4], force[5]))
+        return none, none, none, t[0], t[1], t[2]
+    put_lanes6(scratch, force)
+    _solve_free(own.pivot, scratch)
+    return get_lanes6(scratch)
+
+
+@compile_inline
+def _solve_free(pivot, x):
+    """Solve with the rows that `joints.factor_joint` wrote for a free joint; lanes ``x (24,)`` become the solution."""
+    start = 0
+    for a in range(6):
+        g, found = 1.0 / pivot[start], get_lanes(x, 4 * a)
+        for b in range(1, 6 - a):
+            put_lanes(x, 4 * (a + b), get_lanes(x, 4 * (a + b)) - (g * pivot[start + b]) * found)
+        start += 6 - a
+    for a in range(5, -1, -1):
+        start -= 6 - a
+        found = get_lanes(x, 4 * a)
+        for b in range(1, 6 - a):
+            found = found - pivot[start + b] * get_lanes(x, 4 * (a + b))
+        put_lanes(x, 4 * a, (1.0 / pivot[start]) * found)
 
 
 @compile_inline

@@ -19,7 +19,6 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lanes,
     get_lanes3,
     get_lanes6,
-    put_lane6,
     put_lanes,
     put_lanes6,
 )
@@ -43,7 +42,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 from modalprep.multibody.kernels.articulated_body import forward_bias, inward_link
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
-from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, zeros
+from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, yielded, zeros
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
 from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias
@@ -72,7 +71,8 @@ def inward_and_respond(cons, model, data, work, tau, more, c1, c2):
 
     `constraint_residual` goes before, but that of planar loops.
     """
-    _act_on_ends(cons, model, data, work)
+    if not work.flat[0]:
+        _act_on_ends(cons, model, data, work)
     p, count = 0, len(work.entries)
     for i in range(len(model.links) - 1, -1, -1):
         if not inward_link(model, data, i, tau, more, c1, c2):
@@ -209,14 +209,16 @@ def _through_several(model, data, work, i, p, tau):
     link, own, entry = model.links[i], data.links[i], work.paths.entries[p]
     turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
     speeds, force = speeds_from_bias(link, own, get6(own.force), tau), get_lanes6(work.entries[p].force)
+    x = yielded(link, own, work.speeds, force)
+    put_lanes6(work.speeds, x)
     for k in range(work.paths.bundles[entry.bundle].count):
-        x = speeds_from_bias(link, own, sub6(ZERO6, get_lane6(work.entries[p].force, k)), work.tau)
-        put_lane6(work.speeds, k, x)
+        x_k = get_lane6(work.speeds, at(k))
         for q in range(entry.begin, p + 1):
-            other = work.paths.entries[q].bundle
-            S = work.bundles[other].S if q == p else work.between[entry.bundle, other].S
-            put_lanes(S, 4 * k, get_lanes(S, 4 * k) + dot6(get_lanes6(work.entries[q].force), x))
-    left = sub6(force, inertia_times(M, H, J, get_lanes6(work.speeds)))
+            other = work.paths.entries[at(q)].bundle
+            S = work.bundles[at(other)].S if q == p else work.between[at(entry.bundle), at(other)].S
+            f = get_lanes6(work.entries[at(q)].force)
+            put_lanes(S, 4 * k, get_lanes(S, 4 * k) + dot6(f, x_k))
+    left = sub6(force, inertia_times(M, H, J, x))
     _hand_on(model, data, work, i, entry, left, dot6(force, speeds), turn, arm, bias)
 
 
@@ -270,7 +272,7 @@ def push_links(cons, model, data, y, motion, t, work, tau):
         if work.paths.in_plane:
             inward_and_respond(cons, model, data, work, tau, None, 0.0, 0.0)
             push(model, data, work)
-        else:
+        elif work.paths.planar:
             respond(cons, model, data, work, work.tau)
     for p in range(len(work.entries)):
         entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
