@@ -9,16 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.joint import STARTS, Joint
 from modalprep.multibody.model.joint_element import HingeElement
-from modalprep.multibody.model.joint_types import ROTATIONS, SPEEDS, TRANSLATIONS
+from modalprep.multibody.model.joint_types import SPEEDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.suggest import suggestion
 from modalprep.vectors import rotation_matrix
 
 TABLES = ("joints", "loads", "closures")
-COUNTS = {"angle": ROTATIONS, "rate": ROTATIONS, "displacement": TRANSLATIONS, "speed": TRANSLATIONS}
 AMPLITUDE, ROTATION = "amplitude", "rotation"  # changes that no field has
 ELEMENT = tuple(field.name for field in fields(HingeElement))
 
@@ -120,7 +119,7 @@ def _sizes(record: Any) -> dict[str, int]:
     sizes = {field.name: _size(record, field) for field in fields(record)}
     found = {name: size for name, size in sizes.items() if size is not None}
     if isinstance(record, Joint):
-        for name, counts in COUNTS.items():
+        for name, counts in STARTS.items():
             count = counts.get(record.type, 0)
             found |= {name: 0 if count == 1 else count}
             if count == 0:
@@ -186,7 +185,7 @@ def _value(before: Any, record: Any, place: Place, value: float) -> Any:
         return value
     if isinstance(before, tuple):
         return tuple(value if k == place.component else each for k, each in enumerate(before))
-    size = COUNTS[place.field][record.type] if place.field in COUNTS and isinstance(record, Joint) else np.size(before)
+    size = STARTS[place.field][record.type] if place.field in STARTS and isinstance(record, Joint) else np.size(before)
     return _vector(np.resize(before, size), [(place, value)])
 
 

@@ -78,14 +78,14 @@ def one_numpy_thread(*, beside_mkl: bool = False) -> Iterator[None]:
 
 
 class _Limit:
-    """Limits OpenBLAS to one thread while anybody asks for it; by a thread of its own, as none may undo another's."""
+    """Limits OpenBLAS to one thread while any caller asks for it; only the thread that sets a limit can lift it."""
 
     def __init__(self) -> None:
         self._libraries = ThreadpoolController().select(internal_api="openblas")
         self._thread, self._held, self._askers = ThreadPoolExecutor(1), ExitStack(), 0
 
     def change(self, askers: int) -> None:
-        """Take note of more or fewer that ask."""
+        """Count callers that ask for the limit (1) or no longer do (-1)."""
         self._thread.submit(self._change, askers).result()
 
     def _change(self, askers: int) -> None:

@@ -82,11 +82,8 @@ class GeometricStiffness:
             ne, nn = block.nodes.shape
             step = max(1, int(AT_ONCE / (nn * nn * d.shape[1])))
             for piece in (block.piece(slice(k, k + step)) for k in range(0, ne, step)):
-                pairs, values = (
-                    pairs_of(self.pattern.graph, piece.nodes),
-                    piece.geometric_scalar(d[self.dof[piece.nodes, :3]]),
-                )
-                self.pattern.add_scalar(data, piece.nodes, pairs, values)
+                values = piece.geometric_scalar(d[self.dof[piece.nodes, :3]])
+                self.pattern.add_scalar(data, piece.nodes, pairs_of(self.pattern.graph, piece.nodes), values)
         return data
 
     def _over_dofs(self, blocks: list[Block], d: np.ndarray) -> np.ndarray:

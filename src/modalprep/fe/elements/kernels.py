@@ -61,7 +61,7 @@ if hasattr(os, "register_at_fork"):  # a forked process has none of its parent's
 def ahead(function: Callable, items: Iterable) -> Iterator:
     """Yield ``function(item)`` in the order of `items`; threads evaluate the next ones in the meantime.
 
-    The calling thread evaluates one of the next itself where it would have to wait. All use one thread in a product.
+    The calling thread evaluates one of the next itself where it would have to wait. NumPy's products use one thread.
     """
     items, jobs = deque(items), deque()
     if min(THREADS, len(items)) < 2:

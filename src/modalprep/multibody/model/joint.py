@@ -122,7 +122,7 @@ class Joint(Record):
         return found
 
     def moves_like(self, other: Joint) -> bool:
-        """Say whether it differs from another joint in its start and its elements at most.
+        """Return whether another joint differs in its start values and its elements at most.
 
         Returns
         -------

@@ -219,16 +219,22 @@ def constraint_residual(cons, model, data, y, motion, t, work, moving):
             if group.bundle >= 0:
                 total = work.bundles[at(group.bundle)].bias
                 put_lanes(total, 0, get_lanes(total, 0) + bias)
-        if group.timed:
-            less_values(cons, work, group, own, t)
-        else:
-            less_lengths(work, group, own)
+        less_values(cons, work, group, own, t)
     couplers(cons, y, model.nx, motion, work)
 
 
 @compile_inline
-def less_lengths(work, group, own):
-    """Write what the rows of a group measure, less constant values; nothing is measured of couplers yet."""
+def less_values(cons, work, group, own, t):
+    """Write what the rows of a group measure, less what they shall be; nothing is measured of couplers yet."""
+    if group.timed:
+        _less_timed_values(cons, work, group, own, t)
+    else:
+        _less_constants(work, group, own)
+
+
+@compile_inline
+def _less_constants(work, group, own):
+    """Write what the rows of a group measure, less constant values."""
     for c in range(group.count):
         i, lane = at(group.rows[at(c)]), at(group.lane + c)
         work.phi[i] = own.measured[lane] - work.value[i]
@@ -238,8 +244,8 @@ def less_lengths(work, group, own):
 
 
 @compile_kernel
-def less_values(cons, work, group, own, t):
-    """Do as `less_lengths` where some of the values are functions of time."""
+def _less_timed_values(cons, work, group, own, t):
+    """Do as `_less_constants` where some of the values are functions of time."""
     for c in range(group.count):
         i, lane = group.rows[c], group.lane + c
         value, rate, acceleration = work.value[i], 0.0, 0.0

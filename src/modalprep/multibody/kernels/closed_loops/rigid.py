@@ -22,7 +22,6 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     POINT,
     constraint_residual,
     couplers,
-    less_lengths,
     less_values,
 )
 from modalprep.multibody.kernels.closed_loops.planar import hold_in_plane
@@ -56,10 +55,7 @@ def moving_residual(cons, model, data, y, motion, t, work):
             hold_in_plane(cons, model, data, work, group, own)
         elif group.kind != COUPLER:
             _hold(cons, model, data, work, group, own)
-        if group.timed:
-            less_values(cons, work, group, own, t)
-        else:
-            less_lengths(work, group, own)
+        less_values(cons, work, group, own, t)
     couplers(cons, y, model.nx, motion, work)
 
 
@@ -153,7 +149,7 @@ def _hold_distance(cons, model, data, work, group, own):
 
 @compile_inline
 def _pull(data, work, i, p, adds, arm, line, lane):
-    """Let a row pull link i, at entry p, at an arm along a line; the ground does not mind."""
+    """Let a row pull link i, at entry p, at an arm along a line; nothing is to be done for the ground."""
     if i >= 0:
         f = transposed_times(get9(data.links[at(i)].orientation), line)
         t = cross(arm, f)
