@@ -1,5 +1,6 @@
 """Factorization and modes: two solvers, one answer; results that verify themselves."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -246,3 +247,15 @@ def test_deductions_piece_by_piece(monkeypatch):
     for A in _stored(rng, 250, 70):
         for W in _stored(rng, 250, 5):
             np.testing.assert_allclose(subtract(W, A, B), W - A @ B, rtol=0, atol=1e-13)
+
+
+def test_arrays_are_free_as_soon_as_the_library_has_used_them():
+    K, _ = chain(50)
+    gc.disable()  # it would free what refers to itself
+    try:
+        before = len(gc.get_objects())
+        for _ in range(100):
+            product(np.ones((50, 20)), factorise(K).solve(np.ones((50, 20))).T @ np.ones((50, 3)))
+        assert len(gc.get_objects()) < before + 100
+    finally:
+        gc.enable()

@@ -37,7 +37,7 @@ def test_all_modes_give_the_full_spectrum(tip):
 def test_effective_masses_of_all_modes_sum_to_the_moving_mass():
     model = slender_cantilever(8)
     held = clamp(model)
-    table = mp.craig_bampton(model, modes=len(held.i), truncation=()).table
+    table = mp.craig_bampton(model, modes=held.K_ii.shape[0], truncation=()).table
     R = model.rigid_body()[held.model.free]
     M_bb, M_bi = held.M[held.b][:, held.b], held.M[held.b][:, held.i]
     carried = held.M_ii @ R[held.i] + M_bi.T @ R[held.b]
@@ -139,3 +139,13 @@ def test_inputs_are_not_modified():
     mp.craig_bampton(model, modes=3)
     assert np.array_equal(before[0], model.K.toarray())
     assert np.array_equal(before[1], model.g)
+
+
+@pytest.mark.parametrize(("x", "kind"), [(0.0, slice), (5.0, np.ndarray)], ids=["at an end", "between"])
+def test_interior_dofs_are_those_outside_fixed_interfaces_wherever_these_lie(x, kind):
+    root = mp.Interface(box=((x, 0, 0), (x, 0, 0)), kind="node")
+    held = clamp(mp.assemble(beam_mesh(6), {"beam": spinup_section()}, {"root": root}))
+    assert isinstance(held.i, kind)
+    inside = np.setdiff1d(np.arange(42), held.b)
+    for whole, part in ((held.K, held.K_ii), (held.M, held.M_ii)):
+        np.testing.assert_array_equal(part.toarray(), whole.toarray()[np.ix_(inside, inside)])

@@ -33,7 +33,7 @@ def mixed():
 def ends_of(held):
     """Inputs B (n_i, 18) of 1 N on the tip (moments over 10 m) and of accelerations times the mass of 12 kg."""
     m, size = 12.0, 10.0
-    tip = held.expand(np.eye(len(held.i)))[np.searchsorted(held.model.free, held.model.interfaces[2].dofs)].T
+    tip = held.expand(np.eye(held.K_ii.shape[0]))[np.searchsorted(held.model.free, held.model.interfaces[2].dofs)].T
     Psi_full = np.zeros((held.K.shape[0], len(held.b)))
     Psi_full[held.b, np.arange(len(held.b))], Psi_full[held.i] = 1.0, held.Psi
     base = (held.M @ Psi_full)[held.i]

@@ -150,7 +150,7 @@ def at(array: np.ndarray | None) -> c_void_p | None:
     >>> at(None) is None
     True
     """
-    return None if array is None else array.ctypes.data_as(c_void_p)
+    return None if array is None else c_void_p(array.ctypes.data)
 
 
 def equilibrium(A: csr_array) -> np.ndarray:

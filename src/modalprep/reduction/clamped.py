@@ -27,8 +27,10 @@ class Clamped:
     Attributes
     ----------
     K, M : (n_free, n_free) csr
-    b, i : int arrays
+    b : (n_b,) int
         Positions among the independent DOFs.
+    i : slice or (n_i,) int
+        Positions of all others: a slice where they follow each other, which selects without a copy.
     K_ii, M_ii : csr
     factor : Factor
         Of ``K_ii``.
@@ -38,7 +40,7 @@ class Clamped:
     K: csr_array
     M: csr_array
     b: np.ndarray
-    i: np.ndarray
+    i: slice | np.ndarray
     K_ii: csr_array
     M_ii: csr_array
     factor: Factor
@@ -116,7 +118,7 @@ class Clamped:
         loaded = np.any(f, axis=0)  # loads on fixed interfaces are not
         if np.all(loaded):
             return self.factor.solve(f)
-        x = np.zeros_like(f)
+        x = np.zeros(f.shape, order="F")
         x[:, loaded] = self.factor.solve(f[:, loaded])
         return x
 
@@ -162,16 +164,22 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     M.eliminate_zeros()  # the mass of solids does not couple components: a third of the pattern of K
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
-    i = np.delete(np.arange(K.shape[0]), b)
-    if not len(i):
+    i = _others(b, K.shape[0])
+    if K.shape[0] == len(b):
         raise InputError("every node belongs to a fixed interface, so that no mode is left; fix fewer nodes")
-    K_ii, M_ii = (A[i][:, i].tocsr() for A in (K, M))
+    K_ii, M_ii = (A[i, i] if isinstance(i, slice) else A[i][:, i] for A in (K, M))
     try:
         factor = algebra.factorise(K_ii, solver)
     except AccuracyError:
         raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K_ii, factor, model.free[i])
     return Clamped(model, K, M, b, i, K_ii, M_ii, factor)
+
+
+def _others(b: np.ndarray, n: int) -> slice | np.ndarray:
+    """Return the positions below n that are not in b, as a slice where they follow each other."""
+    i = np.delete(np.arange(n), b)
+    return slice(i[0], i[-1] + 1) if len(i) and i[-1] - i[0] < len(i) else i
 
 
 def _of_independent(model: FEModel, A: csr_array) -> csr_array:

@@ -187,7 +187,7 @@ def prestressed_modes(
     refuse_other("prestressed_modes: the model", FEModel, model)
     clamped, Kg, x = _prestress(model, load, gravity)
     try:
-        count = min(modes + MORE, len(clamped.i))
+        count = min(modes + MORE, clamped.K_ii.shape[0])
         w2, phi, _ = lowest_modes((clamped.K_ii + Kg).tocsr(), clamped.M_ii, count)
     except AccuracyError:
         w2 = np.array([-1.0])
