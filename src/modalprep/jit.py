@@ -58,6 +58,20 @@ def compile_allocating(function: Callable) -> Callable:
     return compile_kernel(function, _nrt=True)
 
 
+def compile_once(function: Callable) -> Callable:
+    """Return `compile_kernel` of a function that takes the constants of its callers, such as True, as it takes numbers.
+
+    Numba compiles a function anew for each constant that a compiled caller gives.
+    """
+    kernel = compile_kernel(function)
+    if isinstance(kernel, Dispatcher):
+        template = kernel.get_call_template
+        kernel.get_call_template = lambda args, named: template(
+            tuple(map(types.unliteral, args)), {name: types.unliteral(x) for name, x in named.items()}
+        )
+    return kernel
+
+
 def compile_inline(function: Callable, **options: Any) -> Callable:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
     _stamp(function)

@@ -8,17 +8,26 @@ they are loaded before it.
 
 from __future__ import annotations
 
+import gc
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import CodeType
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba import _dynfunc
 from numba.core.caching import CompileResultCacheImpl
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
+from numba.core.typed_passes import AnnotateTypes, NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes
 
 Key = tuple[str, str, str]
 STAMP = "modalprep_stamp"  # attribute of functions: fingerprint of all that their code depends on
 SMALL = 100  # instructions that are still copied, for the sake of speed
 KERNELS: dict[Key, Any] = {}  # numba's dispatchers by `_key`
+COLLECTION = (50_000, 100, 100)  # thresholds of gc while a kernel is compiled
 MANGLED = "_ZN"  # begin of the symbols of compiled functions; of those, only kernels are declared
 _compiled: dict[str, tuple[Key, tuple]] = {}  # kernel and types of arguments by symbol, also of other processes
 _calls: dict[str, list[str]] = {}  # symbols of kernels that a symbol's code refers to
@@ -31,14 +40,63 @@ class KernelCompiler(Compiler):
         function, args = self.state.func_id.func, self.state.args
         source = f"{_key(function)}{args}"  # numba numbers functions and records as they come
         self.state.func_id.unique_id = hashlib.sha256(source.encode()).hexdigest()[:16]
+        with _undisturbed():
+            return self._compile_copied() if self.state.flags.no_cpython_wrapper else self._compile_kernel()
+
+    def _compile_kernel(self) -> CompileResult:
         result = super()._compile_core()
         symbol, library = result.fndesc.llvm_func_name, result.library
-        _compiled[symbol] = _key(function), args
+        _compiled[symbol] = _key(self.state.func_id.func), self.state.args
         functions = library._final_module.functions
         _calls[symbol] = [f.name for f in functions if f.is_declaration and f.name.startswith(MANGLED)]
         if not self.state.flags.forceinline and _is_large(library.get_function(symbol)):
             library._shared_module = _declaration(library._final_module, symbol)
         return result
+
+    def _compile_copied(self) -> CompileResult:
+        """Compile a function that only kernels call, which take a copy: no machine code is made of its own."""
+        state = self.state
+        state.library, state.flags.no_compile = CopiedCode(state.targetctx.codegen(), state.func_id.func_qualname), True
+        result = super()._compile_core()
+        module, name = result.fndesc.lookup_module(), state.func_id.func_name
+        entry = _dynfunc.make_function(module, name, "", 0, result.environment, (result.library,))
+        state.targetctx.insert_user_function(entry, result.fndesc, [result.library])
+        return result._replace(entry_point=entry)
+
+    def define_pipelines(self) -> list:
+        """Return numba's passes without its notes on types, and without those that find nothing to do."""
+        (passes,) = super().define_pipelines()
+        needless = [AnnotateTypes]
+        if not any(isinstance(x, CodeType) for x in self.state.func_id.code.co_consts):
+            needless.append(InlineClosureLikes)
+        if not self.state.flags.nrt:  # no expressions of whole arrays
+            needless.append(NopythonRewrites)
+        passes.passes = [given for given in passes.passes if given[0] not in needless]
+        return [passes]
+
+
+class CopiedCode(JITCodeLibrary):
+    """Code of which no machine code is made."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Compile without what takes a tenth of the time.
+
+    That is a search for cyclic garbage after every few hundred new objects, and numba's clocks of all calls of LLVM, of
+    which there is one for each level of kernels that call each other.
+    """
+    thresholds, lock = gc.get_threshold(), llvm.ffi.lib._lock
+    gc.set_threshold(*COLLECTION)
+    clocks, lock._cblist = lock._cblist, []
+    try:
+        yield
+    finally:
+        lock._cblist = clocks
+        gc.set_threshold(*thresholds)
 
 
 def register(kernel: Any) -> None:

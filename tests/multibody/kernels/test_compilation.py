@@ -1,5 +1,7 @@
 """The kernel as plain Python, and its compilation where no cache can be written."""
 
+import contextlib
+import gc
 import importlib
 import itertools
 import os
@@ -8,6 +10,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
@@ -207,3 +210,78 @@ def test_warmup_runs_every_compiled_kind(capsys):
     assert capsys.readouterr().out.splitlines()[-1] == "the solver is compiled"
     kinds = {(s.bodies["rod"].n > 0, bool(s.closures)) for s in small_systems().values()}
     assert kinds == {(modes, loops) for modes in (False, True) for loops in (False, True)}
+
+
+def test_constants_of_callers_do_not_compile_a_kernel_again(tmp_path, monkeypatch):
+    """Numba compiles for each constant, as `compile_kernel` does, whose code need not look at them."""
+    (tmp_path / "constants.py").write_text(
+        "from modalprep.jit import compile_kernel, compile_once\n"
+        "def power(x, square):\n    return x * x if square else x\n"
+        "once, each = compile_once(power), compile_kernel(power)\n"
+        "@compile_kernel\ndef of_once(x):\n    return once(x, True) + 10.0 * once(x, square=False)\n"
+        "@compile_kernel\ndef of_each(x):\n    return each(x, True) + 10.0 * each(x, square=False)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    constants = importlib.import_module("constants")
+    assert constants.of_once(3.0) == constants.of_each(3.0) == 39.0
+    assert [len(kernel.overloads) for kernel in (constants.once, constants.each)] == [1, 2]
+
+
+def test_first_simulation_needs_one_evaluation_of_the_equations():
+    """Explicit and implicit steps, output and choice of the method share their kernels.
+
+    Those that an implicit step lets add to the hinges' inertias are compiled twice: `evaluate` has nothing to add.
+    """
+    code = (
+        "import modalprep as mp\n"
+        "from modalprep.examples import small_systems\n"
+        "from modalprep.linking import KERNELS\n"
+        "mp.simulate(small_systems()['rigid bodies in trees'], t_end=0.01)\n"
+        "print(*(f'{key[1]}:{len(k.overloads)}' for key, k in KERNELS.items() if k.overloads))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    found = dict(part.split(":") for part in done.stdout.split())
+    assert found["evaluate"] == found["solve_implicit"] == found["set_weights"] == "1", done.stderr
+    twice = {"inward", "inward_of_closed", "_factor", "_left_of_free", "scatter_rows"}
+    assert {name for name, count in found.items() if count != "1"} <= twice  # of small ones their callers hold copies
+    assert max(found.values()) == "2"
+
+
+@pytest.mark.parametrize("function", [lambda x: x + 1, lambda x: x.missing])
+def test_compilation_leaves_the_collector_and_the_clocks_of_numba_as_they_were(function):
+    """Also when it fails."""
+    kernel = jit.compile_kernel(function)
+    lock = llvm.ffi.lib._lock
+    before = gc.get_threshold(), list(lock._cblist)
+    with contextlib.suppress(numba.TypingError):
+        kernel(1.0)
+    assert before == (gc.get_threshold(), lock._cblist)
+    assert before[1]
+
+
+def test_expressions_of_whole_arrays_and_nested_functions_are_compiled():
+    """They need the passes of numba that other kernels do without."""
+
+    @jit.compile_allocating
+    def norm(x, y):
+        scaled = [2.0 * k for k in x]
+        total = x + y * y
+        return sum(scaled) + total.sum()
+
+    assert norm(np.ones(3), 2.0 * np.ones(3)) == 21.0
+
+
+def test_no_machine_code_is_made_of_functions_that_are_copied(tmp_path, monkeypatch):
+    (tmp_path / "copied.py").write_text(
+        "from modalprep.jit import compile_inline, compile_kernel\n"
+        "@compile_inline\ndef twice(x):\n    return 2.0 * x\n"
+        "@compile_kernel\ndef caller(x):\n    return twice(x)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    copied = importlib.import_module("copied")
+    assert copied.caller(2.0) == 4.0
+    made = {}
+    for kernel in (copied.twice, copied.caller):
+        (result,) = kernel.overloads.values()
+        made[kernel.__name__] = result.library.get_pointer_to_function(result.fndesc.llvm_func_name) != 0
+    assert made == {"twice": False, "caller": True}

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.by_address import Pattern, by_address, layout
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_once
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
 from modalprep.multibody.evaluation.loading import Loading
@@ -190,7 +190,7 @@ def respond(eq, t, y, ydot):
     return GOOD
 
 
-@compile_kernel
+@compile_once
 def close(eq, t, y, stiff, factored):
     """Bring a state onto closed loops, see `settle`; returns how often it moved something, -1 on failure.
 
@@ -214,7 +214,7 @@ def hinge_slopes(eq):
             eq.linear[1, u] = max(0.0, -eq.slope[1, u])
 
 
-@compile_kernel
+@compile_once
 def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     """Solve ``(M + c1 D + c2 K) out = F - D by_rate - K by_place`` after `load`; returns the status of `inward`.
 
@@ -254,7 +254,7 @@ def smooth(eq, c1, c2, e, scratch):
     restrain(eq.implicit, model, data, eq.implicit_work, e)
 
 
-@compile_kernel
+@compile_once
 def keep_slow(eq, t, y, c1, c2, times, e, scratch):
     """Take the errors of vibrations off ``e (nu,)``: `smooth` it at (t, y) so many `times` by a long step (c1, c2)."""
     scratch[:] = 0.0

@@ -6,7 +6,7 @@ DOP853 of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I 
 
 from __future__ import annotations
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_once
 from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
 from modalprep.multibody.integration.dop853_table import A_DENSE, C_DENSE, DENSE, FIFTH, STAGES, THIRD, A, B, C
 from modalprep.multibody.integration.stepping import OPEN, set_weights
@@ -40,7 +40,7 @@ def explicit_step(eq, run, t, h):
     return GOOD, error
 
 
-@compile_kernel
+@compile_once
 def _stages(eq, run, t, h, closed):
     """Write all derivatives and `new`; returns a status, and whether a stage `is_near` and `is_deep`."""
     K, near, deep = run.K, False, False

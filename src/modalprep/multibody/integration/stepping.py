@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.by_address import Pattern, by_address
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.joints import normalise
 from modalprep.multibody.packing.tree import blank
@@ -85,7 +85,7 @@ def _pattern(ny: int, links: int) -> Pattern[Run]:
     return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count))
 
 
-@compile_kernel
+@compile_once
 def set_weights(model, linear, run, z, keep):
     """Fill `run.weight` by ``1 / (atol + rtol size)``, sizes by `run.size` and the state z; keep them if `keep`.
 
@@ -145,7 +145,7 @@ def _weigh(weight, clock, first, count, size):
         weight[k] = 1.0 / (clock.atol + clock.rtol * size)
 
 
-@compile_kernel
+@compile_once
 def largest_error(model, run, e, modes):
     """Largest weighted error ``e (nu,)`` of the coordinates, as increments of the speeds' directions.
 

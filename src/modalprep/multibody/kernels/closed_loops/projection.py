@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_once
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward, outward_in_world, outward_motion
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual
@@ -134,7 +134,7 @@ def _factor(cons, model, data, y, motion, work, hinge, stiff):
     return True
 
 
-@compile_kernel
+@compile_once
 def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored):
     """Project coordinates and speeds of y, both to `tolerance`; returns how often it moved something, -1 on failure.
 
