@@ -18,6 +18,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     four,
     get_lanes,
     lanes,
+    larger,
     largest,
     put_lanes,
     with_lane,
@@ -44,15 +45,27 @@ def weigh(work):
 def factorize_and_solve(work):
     """Do as `factorize`, then as `solve_given`."""
     blocks = len(work.bundles)
-    if blocks == 1:  # numbers that the compiler knows: it unrolls all loops
-        _factorize(work, 1, True)
-        _solve_back(work, 1)
+    if blocks == 1:  # numbers that the compiler knows: it unrolls loops
+        _factorize_and_solve(work, 1)
     elif blocks == 2:
-        _factorize(work, 2, True)
-        _solve_back(work, 2)
+        _factorize_and_solve(work, 2)
+    elif blocks == 3:
+        _factorize_and_solve(work, 3)
+    elif blocks == 4:
+        _factorize_and_solve(work, 4)
+    elif blocks == 5:
+        _factorize_and_solve(work, 5)
+    elif blocks == 6:
+        _factorize_and_solve(work, 6)
     else:
-        _factorize(work, blocks, True)
-        _solve_back(work, blocks)
+        _factorize_and_solve(work, blocks)
+
+
+@compile_inline
+def _factorize_and_solve(work, blocks):
+    """Do as `factorize_and_solve` with so many bundles."""
+    _factorize(work, blocks, True)
+    _solve_back(work, blocks)
 
 
 @compile_kernel
@@ -111,9 +124,10 @@ def _begin(work, blocks):
 @compile_inline
 def _most_mobile(work, blocks):
     """Return the place of the row that is left most, -1 of none: one that hardly moves has no sure direction."""
-    most = 0.0
-    for q in range(blocks):
-        most = max(most, largest(_left(work, q)))
+    each = _left(work, 0)
+    for q in range(1, blocks):
+        each = larger(each, _left(work, q))
+    most = largest(each)
     if most > 0.0:
         for q in range(blocks):
             k = first_at_least(_left(work, q), TIES * most)
@@ -130,26 +144,45 @@ def _left(work, q):
 
 @compile_inline
 def _eliminate(work, blocks, k, p, g):
-    """Write column k of ``L D`` and of L, that of place p and inverse pivot g, and take it off what rows have left.
+    """Write column k of ``L D`` and of L, that of place p and inverse pivot g, and take it off what rows have left."""
+    for q in range(0, blocks - 3, 4):
+        _eliminate_in(work, blocks, k, p, g, q, 4)
+    if blocks & 3 == 3:
+        _eliminate_in(work, blocks, k, p, g, blocks - 3, 3)
+    elif blocks & 3 == 2:
+        _eliminate_in(work, blocks, k, p, g, blocks - 2, 2)
+    elif blocks & 3 == 1:
+        _eliminate_in(work, blocks, k, p, g, blocks - 1, 1)
 
-    Two bundles at a time: sums of one would wait for each other.
-    """
-    for q in range(0, blocks - 1, 2):
-        one, two = _column(work, at(q), at(p)), _column(work, at(q + 1), at(p))
-        for j in range(WIDTH * blocks):
-            if j >= k:
-                break
-            f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
-            one, two = one - f * get_lanes(other, WIDTH * q), two - f * get_lanes(other, WIDTH * q + WIDTH)
-        _take_off(work, k, p, g, q, one)
+
+@compile_inline
+def _eliminate_in(work, blocks, k, p, g, q, count):
+    """Do as `_eliminate` in bundle q and those behind, at most four: the sums of one would wait for each other."""
+    one = two = three = last = _column(work, at(q), at(p))
+    if count > 1:
+        two = _column(work, at(q + 1), at(p))
+    if count > 2:
+        three = _column(work, at(q + 2), at(p))
+    if count > 3:
+        last = _column(work, at(q + 3), at(p))
+    for j in range(WIDTH * blocks):
+        if j >= k:
+            break
+        f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
+        one = one - f * get_lanes(other, WIDTH * q)
+        if count > 1:
+            two = two - f * get_lanes(other, WIDTH * q + WIDTH)
+        if count > 2:
+            three = three - f * get_lanes(other, WIDTH * q + 2 * WIDTH)
+        if count > 3:
+            last = last - f * get_lanes(other, WIDTH * q + 3 * WIDTH)
+    _take_off(work, k, p, g, q, one)
+    if count > 1:
         _take_off(work, k, p, g, q + 1, two)
-    if blocks & 1:
-        one = _column(work, at(blocks - 1), at(p))
-        for j in range(WIDTH * blocks):
-            if j >= k:
-                break
-            one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
-        _take_off(work, k, p, g, blocks - 1, one)
+    if count > 2:
+        _take_off(work, k, p, g, q + 2, three)
+    if count > 3:
+        _take_off(work, k, p, g, q + 3, last)
 
 
 @compile_inline
