@@ -194,7 +194,7 @@ def _respond_open(eq, udot):
     return status
 
 
-@compile_kernel
+@compile_inline
 def _respond_closed(eq, t, y, udot):
     """Accelerations with closed loops; returns the status of `inward`."""
     model, data = eq.model, eq.data
