@@ -107,8 +107,6 @@ def _factorize(work, blocks, solving):
             _solve_step(work, blocks, rank, p, g)
         rank += 1
     work.rank[0], work.sine[0] = rank, np.sqrt(least)
-    if rank < work.paths.pushing:
-        _append_dependent(work, blocks, rank)
 
 
 @compile_inline
@@ -205,16 +203,6 @@ def _column(work, q, p):
         return get_lanes(work.between[block, q].S, WIDTH * k)
     S = work.between[q, block].S
     return lanes(S[k], S[at(4) + k], S[at(8) + k], S[at(12) + k])
-
-
-@compile_inline
-def _append_dependent(work, blocks, rank):
-    """Write the rows that are not in the factor behind the others."""
-    for p in range(WIDTH * blocks):
-        i = work.paths.row[at(p)]
-        if i >= 0 and work.rest[at(p)] != TAKEN:
-            work.order[at(rank)] = i
-            rank += 1
 
 
 @compile_kernel
