@@ -142,45 +142,32 @@ def _left(work, q):
 
 @compile_inline
 def _eliminate(work, blocks, k, p, g):
-    """Write column k of ``L D`` and of L, that of place p and inverse pivot g, and take it off what rows have left."""
-    for q in range(0, blocks - 3, 4):
-        _eliminate_in(work, blocks, k, p, g, q, 4)
-    if blocks & 3 == 3:
-        _eliminate_in(work, blocks, k, p, g, blocks - 3, 3)
-    elif blocks & 3 == 2:
-        _eliminate_in(work, blocks, k, p, g, blocks - 2, 2)
-    elif blocks & 3 == 1:
-        _eliminate_in(work, blocks, k, p, g, blocks - 1, 1)
+    """Write column k of ``L D`` and of L, that of place p and inverse pivot g, and take it off what rows have left.
+
+    Two bundles at a time: sums of one would wait for each other.
+    """
+    for q in range(0, blocks - 1, 2):
+        one, two = _column(work, at(q), at(p)), _column(work, at(q + 1), at(p))
+        for j in range(_most(blocks, k)):
+            if j >= k:
+                break
+            f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
+            one, two = one - f * get_lanes(other, WIDTH * q), two - f * get_lanes(other, WIDTH * q + WIDTH)
+        _take_off(work, k, p, g, q, one)
+        _take_off(work, k, p, g, q + 1, two)
+    if blocks & 1:
+        one = _column(work, at(blocks - 1), at(p))
+        for j in range(_most(blocks, k)):
+            if j >= k:
+                break
+            one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
+        _take_off(work, k, p, g, blocks - 1, one)
 
 
 @compile_inline
-def _eliminate_in(work, blocks, k, p, g, q, count):
-    """Do as `_eliminate` in bundle q and those behind, at most four: the sums of one would wait for each other."""
-    one = two = three = last = _column(work, at(q), at(p))
-    if count > 1:
-        two = _column(work, at(q + 1), at(p))
-    if count > 2:
-        three = _column(work, at(q + 2), at(p))
-    if count > 3:
-        last = _column(work, at(q + 3), at(p))
-    for j in range(WIDTH * blocks):
-        if j >= k:
-            break
-        f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
-        one = one - f * get_lanes(other, WIDTH * q)
-        if count > 1:
-            two = two - f * get_lanes(other, WIDTH * q + WIDTH)
-        if count > 2:
-            three = three - f * get_lanes(other, WIDTH * q + 2 * WIDTH)
-        if count > 3:
-            last = last - f * get_lanes(other, WIDTH * q + 3 * WIDTH)
-    _take_off(work, k, p, g, q, one)
-    if count > 1:
-        _take_off(work, k, p, g, q + 1, two)
-    if count > 2:
-        _take_off(work, k, p, g, q + 2, three)
-    if count > 3:
-        _take_off(work, k, p, g, q + 3, last)
+def _most(blocks, count):
+    """Return how often a loop of a `count` runs at most: a number that the compiler knows where it shall unroll."""
+    return WIDTH * blocks if blocks <= 2 else count
 
 
 @compile_inline
@@ -269,7 +256,7 @@ def _solve_back(work, blocks):
     one, two = none, none  # whole vectors, which are read as such at once
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
-    for k in range(WIDTH * blocks - 1, -1, -1):
+    for k in range(_most(blocks, rank) - 1, -1, -1):
         if k >= rank:
             continue
         x, p = work.halfway[at(k)], work.places[at(k)]
