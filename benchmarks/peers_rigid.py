@@ -72,7 +72,17 @@ def mujoco(count: int) -> Callable[[int], None] | None:
 
 
 def pinocchio_library() -> ctypes.CDLL | None:
-    """Compile Pinocchio's ABA in a loop for this machine, from the wheel's headers; None without compiler or Eigen."""
+    """Compile Pinocchio's ABA in a loop; None without compiler or Eigen."""
+    library = compiled_loop(SOURCE)
+    if library is not None:
+        library.make_chain.restype = ctypes.c_void_p
+        library.make_chain.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+        library.repeat.argtypes, library.drop.argtypes = [ctypes.c_void_p, ctypes.c_int], [ctypes.c_void_p]
+    return library
+
+
+def compiled_loop(source: Path) -> ctypes.CDLL | None:
+    """Compile a loop around Pinocchio for this machine, from the wheel's headers; None without compiler or Eigen."""
     compiler = shutil.which("g++")
     if compiler is None or not all(
         (folder / name).is_dir() for folder, name in zip(INCLUDES, ("pinocchio", "Eigen"), strict=True)
@@ -81,21 +91,17 @@ def pinocchio_library() -> ctypes.CDLL | None:
     options = ["-O3", "-DNDEBUG", "-march=native", "-std=c++17", "-fPIC", "-shared", "-fvisibility=hidden", "-w"]
     options += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]  # as its CMake files set
     options += ["-Wl,-Bsymbolic", *(f"-I{folder}" for folder in INCLUDES)]
-    stamp = hashlib.sha256(SOURCE.read_bytes() + repr(options).encode()).hexdigest()[:12]
-    target = Path(tempfile.gettempdir()) / f"pinocchio-loop-{stamp}.so"
+    stamp = hashlib.sha256(source.read_bytes() + repr(options).encode()).hexdigest()[:12]
+    target = Path(tempfile.gettempdir()) / f"{source.stem}-{stamp}.so"
     if not target.exists():
         print("compiling Pinocchio's loop, once: a minute or two", flush=True)
         fresh = target.with_suffix(".part")
-        done = subprocess.run([compiler, *options, str(SOURCE), "-o", str(fresh)], capture_output=True, text=True)
+        done = subprocess.run([compiler, *options, str(source), "-o", str(fresh)], capture_output=True, text=True)
         if done.returncode:
             print(f"Pinocchio's loop does not compile: {done.stderr.splitlines()[:1]}")
             return None
         fresh.rename(target)
-    library = ctypes.CDLL(str(target))
-    library.make_chain.restype = ctypes.c_void_p
-    library.make_chain.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    library.repeat.argtypes, library.drop.argtypes = [ctypes.c_void_p, ctypes.c_int], [ctypes.c_void_p]
-    return library
+    return ctypes.CDLL(str(target))
 
 
 def pinocchio_compiled(library: ctypes.CDLL, count: int) -> tuple[Callable[[int], None], Callable[[], None]]:

@@ -115,11 +115,11 @@ def repeat(count, equations, y, ydot):
     return status
 
 
-def compiled(system: mp.System) -> Callable[[int], None]:
-    """Return a call that evaluates the equations of a run a number of times at the start, in compiled code."""
+def compiled(system: mp.System, state: np.ndarray | None = None) -> Callable[[int], None]:
+    """Return a call that evaluates the equations of a run a number of times, in compiled code; without state: start."""
     evaluator = Evaluator(system)
     equations = build_equations(evaluator.packed, evaluator.loading)
-    y = np.append(evaluator.start, 0.0)
+    y = np.append(evaluator.start if state is None else state, 0.0)
     ydot = np.zeros(evaluator.nx + evaluator.nu + 1)
     return lambda count: repeat(count, equations, y, ydot)
 

@@ -9,6 +9,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     first_at_least,
     get_lanes,
     get_rows9,
+    larger,
     largest,
     put_lanes,
     put_rows9,
@@ -27,18 +28,19 @@ def _choices(a, out):
     put_lanes(out, 4, above(x, y, -1.0))
     put_lanes(out, 8, with_lane(x, 2, 7.0))
     put_lanes(out, 12, with_lane(x, 4, 7.0))
+    put_lanes(out, 16, larger(x, y))
 
 
 @pytest.mark.parametrize("numbers_of", [[1.0, 3.0, 3.0, -2.0], [-4.0, -3.0, -5.0, -1.0]])
 def test_choices_among_lanes(numbers_of):
-    a, out = np.array([*numbers_of, 0.5, 3.5, 2.5, -2.5]), np.empty(16)
+    a, out = np.array([*numbers_of, 0.5, 3.5, 2.5, -2.5]), np.empty(20)
     _choices(a, out)
     x, y = a[:4], a[4:]
     assert out[0] == x.max()
     assert out[1] == x.argmax()  # the first of equal ones
     assert out[2] >= 4
-    expected = [np.where(x > y, x, -1.0), [x[0], x[1], 7.0, x[3]], x]
-    np.testing.assert_array_equal(out[4:].reshape(3, 4), expected)
+    expected = [np.where(x > y, x, -1.0), [x[0], x[1], 7.0, x[3]], x, np.maximum(x, y)]
+    np.testing.assert_array_equal(out[4:].reshape(4, 4), expected)
 
 
 @compile_kernel

@@ -6,12 +6,13 @@ dampers take, is integrated along, so that the energy balance checks the whole r
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from modalprep.by_address import Pattern, by_address, layout
-from modalprep.jit import compile_kernel, compile_once
+from modalprep.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
 from modalprep.multibody.evaluation.loading import Loading
@@ -25,6 +26,7 @@ from modalprep.multibody.kernels.articulated_body import (
     clear_wrenches,
     forward,
     forward_bias,
+    inward,
     inward_bias,
     kinematic,
     outward,
@@ -172,22 +174,35 @@ def evaluate(eq, t, y, ydot):
     return GOOD
 
 
-@compile_kernel
+@partial(compile_kernel, forceinline=True)
 def respond(eq, t, y, ydot):
     """Rates of the coordinates and accelerations after `load`; returns GOOD or the link that failed."""
-    model, data, nx, nu = eq.model, eq.data, eq.model.nx, len(eq.tau)
-    closed = any_rows(eq.cons)
-    if closed:
-        moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
-    status = inward_of_closed(eq.cons, model, data, eq.work, eq.tau, None, 0.0, 0.0)
+    udot = ydot[eq.model.nx : eq.model.nx + len(eq.tau)]
+    status = _respond_closed(eq, t, y, udot) if any_rows(eq.cons) else _respond_open(eq, udot)
     if status >= 0:
         return status
-    if closed:
-        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, eq.tau, ydot[nx : nx + nu])
-    else:
-        forward(model, data, eq.tau, ydot[nx : nx + nu])
-    kinematic(model, y, ydot)
+    kinematic(eq.model, y, ydot)
     return GOOD
+
+
+@compile_inline
+def _respond_open(eq, udot):
+    """Accelerations without closed loops; returns the status of `inward`."""
+    status = inward(eq.model, eq.data, eq.tau, None, 0.0, 0.0)
+    if status < 0:
+        forward(eq.model, eq.data, eq.tau, udot)
+    return status
+
+
+@compile_inline
+def _respond_closed(eq, t, y, udot):
+    """Accelerations with closed loops; returns the status of `inward`."""
+    model, data = eq.model, eq.data
+    moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
+    status = inward_of_closed(eq.cons, model, data, eq.work, eq.tau, None, 0.0, 0.0)
+    if status < 0:
+        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, eq.tau, udot)
+    return status
 
 
 @compile_once

@@ -162,7 +162,7 @@ def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
     modal = packed.model.modal
     nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[2]
     m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
-    nb, moving = len(paths.bundles), paths.row[paths.row >= 0]
+    nb = len(paths.bundles)
     unit = np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0)
     return Work(
         np.zeros(m),
@@ -174,7 +174,7 @@ def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
         *(np.zeros((WIDTH * nb, WIDTH * nb)) for _ in range(2)),
         *(np.zeros(WIDTH * nb) for _ in range(6)),
         np.zeros(WIDTH * nb, dtype=np.int64),
-        np.concatenate([moving, np.setdiff1d(np.arange(m), moving)]),
+        np.arange(m),
         np.zeros(1, dtype=np.int64),
         np.full(1, m),
         np.zeros(1, dtype=np.int64),

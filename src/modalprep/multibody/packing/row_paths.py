@@ -63,7 +63,7 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     planar = _planar(arrays, links, passed, moving)
     in_plane = planar and _planar(arrays, links, list(range(len(links))), moving)
     kinds = _rigid(links, groups[: counts[0]]), planar, in_plane
-    return Paths(groups, bundles, lane, places, entries, *counts, int(bundles.count.sum()), *kinds)
+    return Paths(groups, bundles, lane, places, entries, *counts, *kinds)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:

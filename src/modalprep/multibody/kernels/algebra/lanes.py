@@ -43,6 +43,12 @@ def transposed(a, b, c, d):
 
 
 @compile_inline
+def larger(a, b):
+    """Return the larger one of each of four numbers."""
+    return instructions.larger(a, b)
+
+
+@compile_inline
 def largest(v):
     """Return the largest of four numbers."""
     return instructions.largest(v)

@@ -59,6 +59,11 @@ def transpose(*each: Lanes) -> tuple[Lanes, ...]:
     return tuple(row.view(Lanes) for row in np.transpose(each))
 
 
+def larger(a: Lanes, b: Lanes) -> Lanes:
+    """Return the larger one of each of four numbers."""
+    return np.where(a > b, a, b).view(Lanes)
+
+
 def largest(v: Lanes) -> float:
     """Return the largest of four numbers."""
     return float(v.max())

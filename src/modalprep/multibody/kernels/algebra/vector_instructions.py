@@ -187,6 +187,16 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 
 @intrinsic
+def larger(typing: Any, a: Any, b: Any) -> Any:
+    """Return the larger one of each of four numbers."""
+
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        return builder.select(builder.fcmp_ordered(">", *args), *args)
+
+    return LANES(LANES, LANES), build
+
+
+@intrinsic
 def largest(typing: Any, v: Any) -> Any:
     """Return the largest of four numbers."""
 

@@ -127,7 +127,6 @@ class Paths(NamedTuple):
     moving: int  # groups that something moves, which are the first
     slides: int  # rows of friction
     works: int  # those, and rows that have functions of time
-    pushing: int  # rows in the bundles
     rigid: bool  # whether the ends of all rows that something moves are on rigid bodies or the ground (rigid.py)
     planar: bool  # and all rows that something moves are those of planar loops (planar.py)
     in_plane: bool  # and all links of the system move in their plane (planar_tree.py)
@@ -160,7 +159,7 @@ class Work(NamedTuple):
     halfway: np.ndarray  # (4 nb,) its scratch
     solution: np.ndarray  # (4 nb,) multipliers by places
     places: np.ndarray  # (4 nb,) int, of the rows by pivot
-    order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
+    order: np.ndarray  # (m,) int, as many as the rank are the independent rows by pivot; all others are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
     flat: np.ndarray  # (1,) int, 1 after a residual that holds only what moves the rows (rigid.py)

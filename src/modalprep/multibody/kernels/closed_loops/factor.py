@@ -18,6 +18,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     four,
     get_lanes,
     lanes,
+    larger,
     largest,
     put_lanes,
     with_lane,
@@ -44,15 +45,27 @@ def weigh(work):
 def factorize_and_solve(work):
     """Do as `factorize`, then as `solve_given`."""
     blocks = len(work.bundles)
-    if blocks == 1:  # numbers that the compiler knows: it unrolls all loops
-        _factorize(work, 1, True)
-        _solve_back(work, 1)
+    if blocks == 1:  # numbers that the compiler knows: it unrolls loops
+        _factorize_and_solve(work, 1)
     elif blocks == 2:
-        _factorize(work, 2, True)
-        _solve_back(work, 2)
+        _factorize_and_solve(work, 2)
+    elif blocks == 3:
+        _factorize_and_solve(work, 3)
+    elif blocks == 4:
+        _factorize_and_solve(work, 4)
+    elif blocks == 5:
+        _factorize_and_solve(work, 5)
+    elif blocks == 6:
+        _factorize_and_solve(work, 6)
     else:
-        _factorize(work, blocks, True)
-        _solve_back(work, blocks)
+        _factorize_and_solve(work, blocks)
+
+
+@compile_inline
+def _factorize_and_solve(work, blocks):
+    """Do as `factorize_and_solve` with so many bundles."""
+    _factorize(work, blocks, True)
+    _solve_back(work, blocks)
 
 
 @compile_kernel
@@ -94,8 +107,6 @@ def _factorize(work, blocks, solving):
             _solve_step(work, blocks, rank, p, g)
         rank += 1
     work.rank[0], work.sine[0] = rank, np.sqrt(least)
-    if rank < work.paths.pushing:
-        _append_dependent(work, blocks, rank)
 
 
 @compile_inline
@@ -111,9 +122,10 @@ def _begin(work, blocks):
 @compile_inline
 def _most_mobile(work, blocks):
     """Return the place of the row that is left most, -1 of none: one that hardly moves has no sure direction."""
-    most = 0.0
-    for q in range(blocks):
-        most = max(most, largest(_left(work, q)))
+    each = _left(work, 0)
+    for q in range(1, blocks):
+        each = larger(each, _left(work, q))
+    most = largest(each)
     if most > 0.0:
         for q in range(blocks):
             k = first_at_least(_left(work, q), TIES * most)
@@ -136,7 +148,7 @@ def _eliminate(work, blocks, k, p, g):
     """
     for q in range(0, blocks - 1, 2):
         one, two = _column(work, at(q), at(p)), _column(work, at(q + 1), at(p))
-        for j in range(WIDTH * blocks):
+        for j in range(_most(blocks, k)):
             if j >= k:
                 break
             f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
@@ -145,11 +157,17 @@ def _eliminate(work, blocks, k, p, g):
         _take_off(work, k, p, g, q + 1, two)
     if blocks & 1:
         one = _column(work, at(blocks - 1), at(p))
-        for j in range(WIDTH * blocks):
+        for j in range(_most(blocks, k)):
             if j >= k:
                 break
             one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
         _take_off(work, k, p, g, blocks - 1, one)
+
+
+@compile_inline
+def _most(blocks, count):
+    """Return how often a loop of a `count` runs at most: a number that the compiler knows where it shall unroll."""
+    return WIDTH * blocks if blocks <= 2 else count
 
 
 @compile_inline
@@ -172,16 +190,6 @@ def _column(work, q, p):
         return get_lanes(work.between[block, q].S, WIDTH * k)
     S = work.between[q, block].S
     return lanes(S[k], S[at(4) + k], S[at(8) + k], S[at(12) + k])
-
-
-@compile_inline
-def _append_dependent(work, blocks, rank):
-    """Write the rows that are not in the factor behind the others."""
-    for p in range(WIDTH * blocks):
-        i = work.paths.row[at(p)]
-        if i >= 0 and work.rest[at(p)] != TAKEN:
-            work.order[at(rank)] = i
-            rank += 1
 
 
 @compile_kernel
@@ -248,7 +256,7 @@ def _solve_back(work, blocks):
     one, two = none, none  # whole vectors, which are read as such at once
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
-    for k in range(WIDTH * blocks - 1, -1, -1):
+    for k in range(_most(blocks, rank) - 1, -1, -1):
         if k >= rank:
             continue
         x, p = work.halfway[at(k)], work.places[at(k)]

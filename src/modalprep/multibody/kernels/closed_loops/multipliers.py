@@ -9,6 +9,8 @@ Order of calls: `outward_in_world`, `constraint_residual`, `inward_of_closed` (p
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
@@ -85,7 +87,7 @@ def hold_rank(work):
         work.held[0], work.sine[1] = work.rank[0], work.sine[0]
 
 
-@compile_kernel
+@partial(compile_kernel, forceinline=True)
 def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
     """Write the accelerations ``udot (nu,)`` for which ``Phi'' + 2 alpha Phi' + beta^2 Phi = 0``.
 
@@ -97,17 +99,23 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
     if cons is None:
         forward(model, data, tau, udot)
         return
-    if alpha == 0.0 and beta == 0.0 and work.paths.slides == 0:
-        for b in range(len(work.bundles)):
-            own = work.bundles[at(b)]
-            put_lanes(work.given, WIDTH * b, -1.0 * (get_lanes(own.free, 0) + get_lanes(own.bias, 0)))
-        factorize_and_solve(work)
-        if work.flat[0] and work.paths.in_plane:
-            forward_in_plane(model, data, work, udot)
-            return
-        push(model, data, work)
-        forward(model, data, tau, udot)
+    if alpha != 0.0 or beta != 0.0 or work.paths.slides > 0:
+        _act_on_rows(cons, model, data, work, alpha, beta, tau, udot)
         return
+    for b in range(len(work.bundles)):
+        own = work.bundles[at(b)]
+        put_lanes(work.given, WIDTH * b, -1.0 * (get_lanes(own.free, 0) + get_lanes(own.bias, 0)))
+    factorize_and_solve(work)
+    if work.flat[0] and work.paths.in_plane:
+        forward_in_plane(model, data, work, udot)
+        return
+    push(model, data, work)
+    forward(model, data, tau, udot)
+
+
+@compile_kernel
+def _act_on_rows(cons, model, data, work, alpha, beta, tau, udot):
+    """Do as `constraint_accelerations` where rows are stabilised or resist by friction."""
     for p in range(len(work.paths.row)):
         i = work.paths.row[p]
         if i >= 0:

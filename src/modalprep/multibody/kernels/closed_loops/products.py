@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
-from modalprep.multibody.kernels.algebra.matrices import symmetric_times
-from modalprep.multibody.kernels.algebra.tuples import at, get6
-from modalprep.multibody.kernels.data import SPHERICAL
+from modalprep.multibody.kernels.algebra.tuples import at
 
 
 @compile_inline
@@ -34,11 +32,8 @@ def add_other_products(work, p, g):
 
 
 @compile_inline
-def yielded(link, own, scratch, force):
-    """Return ``S D^-1 S' force`` of a spherical or a free joint for the forces of four rows; scratch ``(24,)``."""
-    if link.joint == SPHERICAL:
-        none, t = four(0.0), symmetric_times(get6(own.pivot), (force[3], force[4], force[5]))
-        return none, none, none, t[0], t[1], t[2]
+def yielded_to_free(own, scratch, force):
+    """Return ``D^-1 force`` of a free joint for the forces of four rows; scratch ``(24,)``."""
     put_lanes6(scratch, force)
     _solve_free(own.pivot, scratch)
     return get_lanes6(scratch)

@@ -20,9 +20,11 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lanes3,
     get_lanes6,
     put_lanes,
+    put_lanes3,
     put_lanes6,
 )
-from modalprep.multibody.kernels.algebra.matrices import inertia_times, times, transposed_times
+from modalprep.multibody.kernels.algebra.matrices import inertia_times, symmetric_times, times, transposed_times
+from modalprep.multibody.kernels.algebra.rows import sums6
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
@@ -36,13 +38,22 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get3,
     get6,
     get9,
+    get_angular,
     put6,
+    sub3,
     sub6,
+    take3,
 )
 from modalprep.multibody.kernels.articulated_body import forward_bias, inward_link
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
-from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products, clear, yielded, zeros
+from modalprep.multibody.kernels.closed_loops.products import (
+    add_other_products,
+    add_products,
+    clear,
+    yielded_to_free,
+    zeros,
+)
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
 from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias
@@ -177,9 +188,11 @@ def _through_hinge(model, data, work, p, tau):
 @compile_kernel
 def _through_joint(model, data, work, p, tau):
     """Do as `_through_hinge` with a joint of another type."""
-    i = work.paths.entries[p].link
-    if model.links[i].joint == SPHERICAL or model.links[i].joint == FREE:
-        _through_several(model, data, work, i, p, tau)
+    i = at(work.paths.entries[at(p)].link)
+    if model.links[i].joint == SPHERICAL:
+        _through_ball(model, data, work, i, p, tau)
+    elif model.links[i].joint == FREE:
+        _through_free(model, data, work, i, p, tau)
     else:
         _through_one(model, data, work, i, p, tau)
 
@@ -204,12 +217,33 @@ def _through_one(model, data, work, i, p, tau):
 
 
 @compile_inline
-def _through_several(model, data, work, i, p, tau):
-    """Do as `_through_hinge` with a joint of several axes."""
+def _through_ball(model, data, work, i, p, tau):
+    """Do as `_through_hinge` with a spherical joint."""
+    link, own, entry = model.links[i], data.links[i], work.paths.entries[at(p)]
+    force = get_lanes6(work.entries[at(p)].force)
+    turn = symmetric_times(get6(own.pivot), (force[3], force[4], force[5]))
+    put_lanes3(work.speeds, 0, turn)
+    for q in range(entry.begin, p + 1):
+        other = work.paths.entries[at(q)].bundle
+        S = work.bundles[at(other)].S if q == p else work.between[at(entry.bundle), at(other)].S
+        t = get_lanes3(work.entries[at(q)].force, 12)
+        for k in range(entry.count):
+            x = work.speeds[at(k)], work.speeds[at(k + WIDTH)], work.speeds[at(k + 2 * WIDTH)]
+            put_lanes(S, WIDTH * k, get_lanes(S, WIDTH * k) + dot3(t, x))
+    free = dot3(turn, sub3(take3(tau, link.u), get_angular(own.force)))
+    f = sub3((force[0], force[1], force[2]), times(get9(own.H), turn))
+    t = sub3((force[3], force[4], force[5]), symmetric_times(get6(own.J), turn))
+    force = (f[0], f[1], f[2], t[0], t[1], t[2])
+    _hand_on(model, data, work, i, entry, force, free, get9(own.rotation), get3(own.arm), get6(own.bias))
+
+
+@compile_inline
+def _through_free(model, data, work, i, p, tau):
+    """Do as `_through_hinge` with a free joint."""
     link, own, entry = model.links[i], data.links[i], work.paths.entries[p]
     turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
     speeds, force = speeds_from_bias(link, own, get6(own.force), tau), get_lanes6(work.entries[p].force)
-    x = yielded(link, own, work.speeds, force)
+    x = yielded_to_free(own, work.speeds, force)
     put_lanes6(work.speeds, x)
     for k in range(work.paths.bundles[entry.bundle].count):
         x_k = get_lane6(work.speeds, at(k))
@@ -246,16 +280,18 @@ def push(model, data, work):
 
     Of a link behind a joint of one axis it reads the force along the axis alone; see `push_links`.
     """
-    for k in range(len(work.entries)):
-        p = at(k)
-        entry, own = work.paths.entries[p], work.entries[p]
-        multiplier = get_lanes(work.solution, WIDTH * entry.bundle)
+    p = 0
+    while p < len(work.entries):
+        entry = work.paths.entries[at(p)]
+        link, force = model.links[at(entry.link)], data.links[at(entry.link)].force
         if entry.u >= 0:
-            e = add_lanes(multiplier * get_lanes(own.drive, 0))
-            _push_along(model.links[at(entry.link)], data.links[at(entry.link)].force, e)
+            _push_along(link, force, _along(work, p, entry.end))
         else:
-            _push_link(data.links[entry.link].force, own.force, multiplier)
-        _push_modes(model, data, work, p)
+            _push_link(work, p, entry.end, force)
+        if link.modes > 0:
+            for q in range(p, entry.end):
+                _push_modes(model, data, work, q)
+        p = entry.end
 
 
 @compile_kernel
@@ -277,9 +313,23 @@ def push_links(cons, model, data, y, motion, t, work, tau):
     for p in range(len(work.entries)):
         entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
-            multiplier = get_lanes(work.solution, WIDTH * entry.bundle)
-            _push_link(force, work.entries[p].force, multiplier)
-            _push_along(model.links[entry.link], force, -add_lanes(multiplier * get_lanes(work.entries[p].drive, 0)))
+            _push_link(work, p, p + 1, force)
+            _push_along(model.links[entry.link], force, -_along(work, p, p + 1))
+
+
+@compile_inline
+def _multiplier(work, p):
+    """Return the multipliers of an entry."""
+    return get_lanes(work.solution, WIDTH * work.paths.entries[at(p)].bundle)
+
+
+@compile_inline
+def _along(work, p, end):
+    """Return the force of the multipliers along a joint of one axis, of entries from p to before `end`."""
+    total = four(0.0)
+    for q in range(p, end):
+        total = total + _multiplier(work, q) * get_lanes(work.entries[at(q)].drive, 0)
+    return add_lanes(total)
 
 
 @compile_inline
@@ -294,20 +344,21 @@ def _push_along(link, force, e):
 
 
 @compile_inline
-def _push_link(force, own, multiplier):
-    """Add the multipliers of an entry to the bias force of its link."""
-    for c in range(6):
-        force[c] -= add_lanes(multiplier * get_lanes(own, 4 * c))
+def _push_link(work, p, end, force):
+    """Add the multipliers of entries from p to before `end` to the bias force of their link."""
+    none = four(0.0)
+    total = none, none, none, none, none, none
+    for q in range(p, end):
+        total = axpy6(total, _multiplier(work, q), get_lanes6(work.entries[at(q)].force))
+    put6(force, sub6(get6(force), sums6(total)))
 
 
 @compile_inline
 def _push_modes(model, data, work, p):
     """Add the multipliers of entry p to the bias forces of its link's modes."""
     entry = work.paths.entries[at(p)]
-    if model.links[at(entry.link)].modes > 0:
-        bundle = work.paths.bundles[entry.bundle]
-        for k in range(bundle.count):
-            push_bias_of_modes(data.modal, model, entry.link, work.solution[WIDTH * entry.bundle + k], work.modal, p, k)
+    for k in range(entry.count):
+        push_bias_of_modes(data.modal, model, entry.link, work.solution[WIDTH * entry.bundle + k], work.modal, p, k)
 
 
 @compile_kernel
