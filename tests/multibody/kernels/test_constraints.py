@@ -12,7 +12,7 @@ from modalprep.multibody.evaluation.evaluate import build_equations, close, eval
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.closed_loops.factor import violation
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED
-from modalprep.multibody.kernels.closed_loops.responses import yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.pushing import yield_to_multipliers
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints, reduced_accelerations
 from modalprep.multibody.reference.equations import mass_and_force
 

@@ -13,7 +13,8 @@ from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.articulated_body import outward_in_world
 from modalprep.multibody.kernels.closed_loops.multipliers import constraint_accelerations
 from modalprep.multibody.kernels.closed_loops.planar_tree import inward_of_closed
-from modalprep.multibody.kernels.closed_loops.responses import push_links, write_responses
+from modalprep.multibody.kernels.closed_loops.pushing import push_links
+from modalprep.multibody.kernels.closed_loops.responses import write_responses
 from modalprep.multibody.kernels.closed_loops.rigid import moving_residual
 from modalprep.multibody.model.constraints import Closure
 

@@ -18,7 +18,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.closed_loops import constraints, responses
+from modalprep.multibody.kernels.closed_loops import constraints, pushing, responses
 from modalprep.multibody.kernels.closed_loops.factor import RANK_TOLERANCE
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.system import System
@@ -142,7 +142,7 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
     target = _target(loops, acting)
     what = f"impact at t = {t:g} s"
     work.multiplier[:], sticks = impulses(work.S, work.rate, target, list(contacts.values()), what)
-    responses.yield_to_multipliers(packed.model, data, work)
+    pushing.yield_to_multipliers(packed.model, data, work)
     after = y.copy()
     after[packed.nx : packed.nx + packed.nu] += work.step
     return Impact(

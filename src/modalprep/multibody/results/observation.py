@@ -26,7 +26,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.closed_loops.constraints import line
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, settle
-from modalprep.multibody.kernels.closed_loops.responses import push_links
+from modalprep.multibody.kernels.closed_loops.pushing import push_links
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
 from modalprep.multibody.kernels.joints import along_axis

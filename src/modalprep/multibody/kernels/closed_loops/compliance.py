@@ -15,7 +15,8 @@ from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, line
 from modalprep.multibody.kernels.closed_loops.ends import observe_ends
 from modalprep.multibody.kernels.closed_loops.factor import solve, weigh
 from modalprep.multibody.kernels.closed_loops.multipliers import act
-from modalprep.multibody.kernels.closed_loops.responses import write_responses, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.pushing import yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import write_responses
 
 
 @compile_inline

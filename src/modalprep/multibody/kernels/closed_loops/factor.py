@@ -53,10 +53,6 @@ def factorize_and_solve(work):
         _factorize_and_solve(work, 3)
     elif blocks == 4:
         _factorize_and_solve(work, 4)
-    elif blocks == 5:
-        _factorize_and_solve(work, 5)
-    elif blocks == 6:
-        _factorize_and_solve(work, 6)
     else:
         _factorize_and_solve(work, blocks)
 

@@ -20,7 +20,8 @@ from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
 from modalprep.multibody.kernels.closed_loops.factor import factorize, factorize_and_solve, solve, take_multipliers
 from modalprep.multibody.kernels.closed_loops.planar_tree import forward_in_plane
-from modalprep.multibody.kernels.closed_loops.responses import push, write_responses
+from modalprep.multibody.kernels.closed_loops.pushing import push
+from modalprep.multibody.kernels.closed_loops.responses import write_responses
 
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 DEEP = 0.01  # accelerations have the round-off of coordinates over the third power of the sine

@@ -3,7 +3,7 @@
 Three numbers of six, and six of the 21 of an inertia: masses M (xx, xy, yy) in the plane, the force h = (x, y) of a
 unit acceleration about the normal, and the inertia J about it. What a hinge hands on has no torque about itself, so
 that it is a mass in the plane and a force there, beside the joint's own torque. Inertias and bias forces in the data
-stay those of the bodies: `responses.push_links` makes those in space of them, for what joints carry.
+stay those of the bodies: `pushing.push_links` makes those in space of them, for what joints carry.
 
 Arguments as in articulated_body.py and constraints.py.
 """

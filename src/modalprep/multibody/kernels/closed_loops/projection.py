@@ -14,7 +14,8 @@ from modalprep.multibody.kernels.articulated_body import inward, outward, outwar
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import factorize, solve, violation
 from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR
-from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond, write_responses, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.pushing import yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond, write_responses
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.joints import move
 
