@@ -99,7 +99,7 @@ def double_pendulum(quick: bool) -> dict[str, float]:
 def first_results(quick: bool) -> dict[str, float]:
     """Print how long a process takes from its start to its first result, without and with compiled code in its cache.
 
-    The first takes about twenty seconds, and is measured once, `quick` or not.
+    The first takes about fifteen seconds on two cores, and is measured once, `quick` or not.
     """
     code = "from chains import chain; import modalprep as mp; mp.simulate(chain(2), t_end=0.01)"
     with tempfile.TemporaryDirectory() as cache:

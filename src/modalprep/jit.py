@@ -31,8 +31,8 @@ NO_KERNELS = ("math", "numpy", "scipy")  # modules
 NUMERIC = (int, float)  # also bool, and numpy's float64
 Dispatcher = core.dispatcher.Dispatcher
 
-# A wheel may bring kernels compiled for all processors from Haswell and Zen on (.ci/build-wheel), which would take one
-# or two minutes here. Those of an older numba, Python or source are not used: the files say what they hold.
+# A wheel may bring kernels compiled for all processors from Haswell and Zen on (.ci/build-wheel), which would take up
+# to a minute here. Those of an older numba, Python or source are not used: the files say what they hold.
 COMPILED = Path(__file__).with_name("compiled")
 BASELINE = "x86-64-v3"
 BASELINE_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
@@ -78,6 +78,31 @@ def compile_inline(function: Callable, **options: Any) -> Callable:
     return njit(no_cpython_wrapper=True, **(OPTIONS | {"forceinline": True} | options))(function)
 
 
+def compile_for(kernel: Callable, *arguments: Any) -> None:
+    """Compile a kernel for the types of some arguments, unless a cache has it.
+
+    Examples
+    --------
+    >>> double = compile_kernel(lambda x: 2 * x)
+    >>> compile_for(double, 1.5)
+    >>> len(double.overloads)
+    1
+    """
+    if isinstance(kernel, Dispatcher):
+        kernel.compile(tuple(map(typeof, arguments)))
+
+
+def is_cached(kernel: Callable) -> bool:
+    """Return whether the compiled code of a kernel is kept between processes.
+
+    Examples
+    --------
+    >>> is_cached(njit(lambda x: 2 * x))
+    False
+    """
+    return isinstance(kernel, Dispatcher) and kernel._cache.cache_path is not None
+
+
 NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
 ENTRIES: dict[tuple, Callable] = {}  # compiled functions as Python calls them, by kernel and types of arguments
 
@@ -114,8 +139,8 @@ def bound(kernel: Callable, *first: Any, rest: Sequence[type] = ()) -> Callable:
 
 
 @contextmanager
-def when_compiling(tell: Callable[[], None], package: str) -> Iterator[None]:
-    """Call `tell` once, when the first kernel of a package is compiled that no cache has.
+def when_compiling(tell: Callable[[], None], package: str | tuple[str, ...]) -> Iterator[None]:
+    """Call `tell` once, when the first kernel of a package, or one of several, is compiled that no cache has.
 
     Examples
     --------
@@ -132,7 +157,7 @@ def when_compiling(tell: Callable[[], None], package: str) -> Iterator[None]:
 
 
 class _Compilation(core.event.Listener):
-    def __init__(self, tell: Callable[[], None], package: str) -> None:
+    def __init__(self, tell: Callable[[], None], package: str | tuple[str, ...]) -> None:
         self.tell, self.package, self.told = tell, package, False
 
     def on_start(self, event: core.event.Event) -> None:

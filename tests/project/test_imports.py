@@ -36,7 +36,8 @@ LAYERS = {
     ),
     "multibody": (
         "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing", "elements",
-        "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
+        "evaluation", "reference", "integration", "results", "compilation", "simulate", "free_body", "analysis",
+        "deploying",
     ),
     "report": (
         "terminal", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.multibody.compilation import by_two_processes
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.method_selection import METHODS
@@ -113,12 +114,13 @@ def simulate(
     if not 0 <= rho_inf <= 1:
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
     times = output_times(t_end, output_step)
-    integration = prepare(
-        system, times, reference=reference, method="explicit" if reference else method, rtol=rtol, atol=atol, step=step,
-        rho=rho_inf, events=events,
-    )  # fmt: skip
-    recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
-    outcome = integration.run(recorder.add, progress)
+    with by_two_processes(system):
+        integration = prepare(
+            system, times, reference=reference, method="explicit" if reference else method, rtol=rtol, atol=atol,
+            step=step, rho=rho_inf, events=events,
+        )  # fmt: skip
+        recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
+        outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
     message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
     result = recorder.result(outcome.status, message, outcome.stats)

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from modalprep.report.terminal import print_text
 
-COMPILING = "compiling the solver, once: one or two minutes"
+COMPILING = "compiling the solver, once: up to a minute"
 LOG_WIDTH = 120  # columns of a log
 
 

@@ -166,13 +166,19 @@ def leaving_power(fill, tables, planet, model, data, y, t):
             link = fill.rows[i].link
             for side in (1.0, -1.0):
                 set_mass(fill, model, data, i, m, side * CHANGE * m)
-                own_inertia(data.modal, model, data, link)
+                _renew_inertia(model, data, link)
                 sums = body_sums(model, data, link)
                 energy = sums.kinetic + sums.gravity + _planet(planet, model, data, link)
                 power += rate * side * energy / (2.0 * CHANGE * m)
             set_mass(fill, model, data, i, m, 0.0)
-            own_inertia(data.modal, model, data, link)
+            _renew_inertia(model, data, link)
     return power
+
+
+@compile_kernel
+def _renew_inertia(model, data, link):
+    """Do as `own_inertia`, which its callers take a copy of: one is enough where it does not need to be quick."""
+    own_inertia(data.modal, model, data, link)
 
 
 @compile_kernel
