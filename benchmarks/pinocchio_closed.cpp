@@ -81,5 +81,3 @@ EXPORTED void accelerations(void* given, double* out) {
   auto* made = static_cast<System*>(given);
   Eigen::Map<Eigen::VectorXd>(out, made->model.nv) = made->data.ddq;
 }
-
-EXPORTED void drop_closed(void* given) { delete static_cast<System*>(given); }
