@@ -1,4 +1,4 @@
-"""Compilation by two processes: what a first run needs last, another process compiles meanwhile."""
+"""Compilation by two processes: a second one compiles what the first run of the solver needs last."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ _started: dict[str, Popen] = {}  # by the kind of system
 
 @contextmanager
 def by_two_processes(system: System) -> Iterator[None]:
-    """Where the equations of a system have to be compiled, let another process begin with the kernels needed last.
+    """Let a second process compile kernels that are needed last, if the equations of a system must be compiled.
 
-    Both find in the cache what the other has compiled. Processes that are one of several have no such help.
+    Each process finds in the cache what the other one has compiled. Workers of a process pool start no second process.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def _may_start() -> bool:
 
 
 def compile_last(system: System) -> None:
-    """Compile kernels that the first run of a system needs, those that it needs last first, if possible.
+    """Compile kernels for the first run of a system; where possible, those that the run needs last come first.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def compile_last(system: System) -> None:
 
 
 def _needed(system: System) -> Iterator[tuple[Callable, tuple]]:
-    """Yield kernels and their arguments; none of the first ones needs the loads, with which the other one begins."""
+    """Yield kernels and their arguments; the loads, with which the first process begins, come last."""
     packed = pack(system)
     loading = Loading(system, packed, 1.0)
     eq = evaluate.build_equations(packed, loading, packed.data())

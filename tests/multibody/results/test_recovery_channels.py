@@ -158,9 +158,8 @@ def test_envelopes_are_the_extremes_of_the_histories(monkeypatch):
     assert AT_ONCE > 2000
     for each, pieces in zip(whole, envelopes(run, system.bodies), strict=True):
         for row, again in zip(each.rows(), pieces.rows(), strict=True):
-            round_off = (
-                1e-12 * np.abs(each.largest).max()
-            )  # of the largest of its kind: pieces are multiplied otherwise
+            # of the largest of its kind: pieces are multiplied otherwise
+            round_off = 1e-12 * np.abs(each.largest).max()
             assert row == again or _same(row, again, round_off)
             history = run[f"arm.recovery.{each.name}.{row['place']}.{row['component']}"]
             assert (row["highest"], row["lowest"]) == pytest.approx((history.max(), history.min()), rel=1e-12)

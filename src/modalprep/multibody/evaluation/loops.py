@@ -191,9 +191,9 @@ class Loops:
 
     def _note_redundant(self) -> None:
         """Name the rows that the factorisation left out, by closure."""
-        left = set(np.flatnonzero(self.holding)).difference(self.work.order[: self.work.rank[0]])
+        left = np.setdiff1d(np.flatnonzero(self.holding), self.work.order[: self.work.rank[0]])
         for k, closure in enumerate(self.system.closures):
-            names = [self.closing.rows[i].stops for i in sorted(left) if self.closing.rows[i].closure == k]
+            names = [self.closing.rows[i].stops for i in left if self.closing.rows[i].closure == k]
             if names:
                 self.notes.append(
                     f"closure {closure.name!r}: {', '.join(names)} {'is' if len(names) == 1 else 'are'} already "

@@ -44,7 +44,7 @@ def transposed(a, b, c, d):
 
 @compile_inline
 def larger(a, b):
-    """Return the larger one of each of four numbers."""
+    """Return the larger of two numbers in each of four lanes."""
     return instructions.larger(a, b)
 
 

@@ -60,7 +60,7 @@ def transpose(*each: Lanes) -> tuple[Lanes, ...]:
 
 
 def larger(a: Lanes, b: Lanes) -> Lanes:
-    """Return the larger one of each of four numbers."""
+    """Return the larger of two numbers in each of four lanes."""
     return np.where(a > b, a, b).view(Lanes)
 
 

@@ -188,7 +188,7 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 @intrinsic
 def larger(typing: Any, a: Any, b: Any) -> Any:
-    """Return the larger one of each of four numbers."""
+    """Return the larger of two numbers in each of four lanes."""
 
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         return builder.select(builder.fcmp_ordered(">", *args), *args)

@@ -33,7 +33,7 @@ def add_other_products(work, p, g):
 
 @compile_inline
 def yielded_to_free(own, scratch, force):
-    """Return ``D^-1 force`` of a free joint for the forces of four rows; scratch ``(24,)``."""
+    """Return ``D^-1 force`` of a free joint for the forces of four rows; the scratch ``(24,)`` holds it too."""
     put_lanes6(scratch, force)
     _solve_free(own.pivot, scratch)
     return get_lanes6(scratch)

@@ -236,9 +236,8 @@ def _through_free(model, data, work, i, p, tau):
     link, own, entry = model.links[i], data.links[i], work.paths.entries[p]
     turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
     speeds, force = speeds_from_bias(link, own, get6(own.force), tau), get_lanes6(work.entries[p].force)
-    x = yielded_to_free(own, work.speeds, force)
-    put_lanes6(work.speeds, x)
-    for k in range(work.paths.bundles[entry.bundle].count):
+    x = yielded_to_free(own, work.speeds, force)  # which it leaves in `speeds` too
+    for k in range(entry.count):
         x_k = get_lane6(work.speeds, at(k))
         for q in range(entry.begin, p + 1):
             other = work.paths.entries[at(q)].bundle

@@ -177,7 +177,7 @@ def leaving_power(fill, tables, planet, model, data, y, t):
 
 @compile_kernel
 def _renew_inertia(model, data, link):
-    """Do as `own_inertia`, which its callers take a copy of: one is enough where it does not need to be quick."""
+    """Do as `own_inertia` in a kernel of its own: each caller of that one compiles a copy, which takes seconds."""
     own_inertia(data.modal, model, data, link)
 
 
