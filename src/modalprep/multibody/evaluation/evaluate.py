@@ -283,7 +283,7 @@ def keep_slow(eq, t, y, c1, c2, times, e, scratch):
 def power(eq, work, y):
     """Power (W) of loads, prescribed hinges and prescribed values of `work` less modal damping, after `forward`."""
     model, data, nx = eq.model, eq.data, eq.model.nx
-    total = eq.shared[0].power + constraint_power(work)
+    total = eq.shared[0].power + constraint_power(eq.cons, work, eq.motion)
     for i in range(len(model.links)):
         if model.links[i].joint == PRESCRIBED:
             own = data.links[i]

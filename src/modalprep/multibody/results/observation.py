@@ -25,6 +25,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.closed_loops.constraints import line
+from modalprep.multibody.kernels.closed_loops.multipliers import couplers_along
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, settle
 from modalprep.multibody.kernels.closed_loops.pushing import push_links
 from modalprep.multibody.kernels.energy import body_sums
@@ -130,7 +131,8 @@ def _joints(eq, columns, y, ydot, row):
         elif source == MOTION:
             row[c] = eq.motion[i, j]
         elif source == REACTION:
-            row[c] = along_axis(eq.model.links[i], get6(columns.reactions[i]))
+            whole = along_axis(eq.model.links[i], get6(columns.reactions[i]))
+            row[c] = whole - couplers_along(eq.cons, eq.work, i)
         elif source == WEIGHT:
             row[c] = eq.data.links[i].mass
         elif source == ACCELERATION:

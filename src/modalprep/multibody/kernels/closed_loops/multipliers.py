@@ -184,13 +184,37 @@ def _friction(cons, work, i):
 
 
 @compile_inline
-def constraint_power(work):
-    """Power (W) of the prescribed values: what constraints that depend on time put into the system; 0 of None."""
+def constraint_power(cons, work, motion):
+    """Power (W) of the prescribed values: what constraints that depend on time put into the system; 0 of None.
+
+    A coupler does no work of its own: what it does at prescribed joints, their drives do not.
+    """
     found = 0.0
-    if work is None:
+    if cons is None:
         return found
+    for k in range(len(cons.terms)):
+        if cons.terms[k].x < 0:
+            found -= _of_coupler(cons, work, k) * motion[cons.terms[k].link, 1]
     if work.paths.works == 0:
         return found
     for i in range(len(work.push)):
         found += work.multiplier[i] * work.push[i]
     return found
+
+
+@compile_kernel
+def couplers_along(cons, work, link):
+    """Return the force or torque of couplers along the prescribed joint of a link; 0 of None."""
+    found = 0.0
+    if cons is None:
+        return found
+    for k in range(len(cons.terms)):
+        if cons.terms[k].link == link and cons.terms[k].x < 0:
+            found += _of_coupler(cons, work, k)
+    return found
+
+
+@compile_inline
+def _of_coupler(cons, work, k):
+    """Return the force of a coupler along the joint of its term k."""
+    return cons.terms[k].factor * work.multiplier[cons.terms[k].row]
