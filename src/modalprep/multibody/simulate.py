@@ -125,7 +125,11 @@ def simulate(
     message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
-    notes = (*large_deflections(system.bodies, result.time, modal), *wound_springs(system.loads, result))
+    notes = (
+        *large_deflections(system.bodies, result.time, modal),
+        *wound_springs(system.loads, result),
+        *integration.notes(),
+    )
     return result.with_(events=outcome.events, impacts=outcome.impacts, notes=notes)
 
 

@@ -1,22 +1,25 @@
-"""The functions of time whose zeros are the events of a run."""
+"""The functions of time whose zeros are the events of a run, and how quickly they may change."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.jit import bound
 from modalprep.multibody.evaluation.evaluate import Equations, evaluate
-from modalprep.multibody.evaluation.expressions import CHANNEL, channel_expression
+from modalprep.multibody.evaluation.expressions import CHANNEL, compile_expressions, read_channels
 from modalprep.multibody.evaluation.loading import Loading, frames
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
+
+TURNING = {"position", "rotation", "velocity", "angular_velocity", "gap", "multiplier", "recovery"}  # parts of channels
+MOST_POWER = 4  # of polynomials, which the nodes of a panel show
 
 
 class Observer(Protocol):
@@ -31,10 +34,53 @@ class Observer(Protocol):
         """Take the values of a state after `evaluate`."""
 
 
+class EventFunction:
+    """``(t, state) -> [value, phases ...]`` of an event.
+
+    Phases are the arguments of the sines and cosines in it: how far it turns from one time to another.
+
+    Attributes
+    ----------
+    is_condition : bool
+        Whether it returned true or false, which count as 1 and -1.
+    of_time : bool
+        Whether it is an expression of time only.
+    turns : bool
+        Whether it depends on places and velocities of bodies, which turn with them.
+    is_unbounded : bool
+        Whether nothing tells how quickly it changes: it is a Python function, or has other functions than sine, cosine
+        and small powers.
+    """
+
+    def __init__(self, event: Event, made: Callable[[str], tuple]) -> None:
+        self.event, self.is_condition, self.wraps = event, False, False
+        self.of_time, self.turns, self.is_unbounded = False, True, True
+        if callable(event.when):
+            self._values = lambda t, state: [event.when(t, state)]
+        else:
+            value, known, numbers = made(event.when)
+            compiled = compile_expressions(known, [value, *_phases(value)])
+            self._values = lambda t, state: compiled(numbers(t, state)).tolist()
+            names = CHANNEL.findall(event.when)
+            self.of_time, self.is_unbounded = not names, not _is_gentle(value)
+            self.turns = any(TURNING & set(name.split(".")) for name in names)
+            self.wraps = any(".rotation." in name for name in names)
+
+    def __call__(self, t: float, state: State) -> list[float]:
+        """Return the value and the phases; an infinite value where a Python function divides by zero."""
+        try:
+            value, *phases = self._values(t, state)
+        except ZeroDivisionError:
+            return [np.inf]
+        if isinstance(value, bool | np.bool_):
+            self.is_condition, value = True, 1.0 if value else -1.0
+        return [_number(self.event, t, value), *phases]
+
+
 def event_functions(
     system: System, packed: Packed, loading: Loading, events: Sequence[Event], observer: Observer | None = None
-) -> list[Callable[[float, State], float]]:
-    """Return ``(t, state) -> value`` of each event.
+) -> list[EventFunction]:
+    """Return the function of each event.
 
     Raises
     ------
@@ -43,24 +89,22 @@ def event_functions(
     """
     others = observer.reader if observer else None
 
-    def function(event: Event) -> Callable[[float, State], float]:
-        value = event.when
-        if not callable(value):
-            value = channel_expression(system, packed, value, f"event {event.name!r}", loading.loops, others)
-        return lambda t, state: _number(event, t, value(t, state))
+    def made(event: Event) -> Callable[[str], tuple]:
+        return lambda text: read_channels(system, packed, text, f"event {event.name!r}", loading.loops, others)
 
-    return [function(event) for event in events]
+    return [EventFunction(event, made(event)) for event in events]
 
 
 def state_reader(
     system: System, packed: Packed, loading: Loading, eq: Equations, events: Sequence[Event],
     observer: Observer | None = None,
 ) -> Callable[[float], State]:  # fmt: skip
-    """Return ``t -> state``: what the compiled loop left in `eq.state`, with what the events ask for."""
+    """Return ``t -> state``: what is in `eq.state`, with what the events ask for."""
     texts = [event.when for event in events if not callable(event.when)]
     forces = any(name.endswith(".multiplier") for text in texts for name in CHANNEL.findall(text))
     ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, eq.data)
     watched = observer is not None and bool(observer.wanted)
+    outward = bound(kernel.outward_in_world, eq.model, eq.data, eq.state, loading.motion)
 
     def state(t: float) -> State:
         motion = loading.prescribe(t, eq.data)
@@ -70,8 +114,7 @@ def state_reader(
             if watched:
                 observer.observe(eq, t, y, ydot)
             return State(system, packed, eq.state, motion, frame)
-        kernel.outward(eq.model, eq.data, eq.state, motion)
-        world(eq.model, eq.data)
+        outward()
         if loading.loops:
             loading.loops.residual(eq.data, eq.state, motion, t)
         return State(system, packed, eq.state, motion, frame)
@@ -92,3 +135,33 @@ def _number(event: Event, t: float, value: Any) -> float:
             f"event {event.name!r}: its function is not a number at t = {t:g} s; give one that is defined there"
         )
     return found
+
+
+def _parts(value: Any) -> Iterator[Any]:
+    """Yield an expression and all within it."""
+    yield value
+    for part in value.args:
+        yield from _parts(part)
+
+
+def _phases(value: Any) -> list[Any]:
+    """Return the different arguments of sines, cosines and tangents that are no numbers."""
+    import symengine
+
+    turning = symengine.sin, symengine.cos, symengine.tan
+    found = [part.args[0] for part in _parts(value) if isinstance(part, turning) and part.free_symbols]
+    return list(dict.fromkeys(found))
+
+
+def _is_gentle(value: Any) -> bool:
+    """Whether an expression has sines, cosines, products and small powers only."""
+    import symengine
+
+    if not value.free_symbols or isinstance(value, symengine.Symbol):
+        return True
+    if value.is_Pow:
+        power = value.args[1]
+        small = power.is_Integer and 0 < int(power) <= MOST_POWER
+        return small and _is_gentle(value.args[0])
+    known = symengine.Add, symengine.Mul, symengine.sin, symengine.cos
+    return isinstance(value, known) and all(map(_is_gentle, value.args))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -48,15 +49,28 @@ def channel_expression(
     InputError
         When the expression cannot be read or names no channel; `what` begins the sentence.
     """
-    import symengine
+    value, known, numbers = read_channels(system, packed, text, what, loops, others)
+    compiled = compile_expressions(known, [value])
+    return lambda t, state: float(compiled(numbers(t, state))[0])
 
+
+def read_channels(
+    system: System, packed: Packed, text: str, what: str, loops: Loops | None = None, others: Others | None = None
+) -> tuple[Any, tuple[str, ...], Callable[[float, State], np.ndarray]]:
+    """Return the expression of `channel_expression` as symengine's, its symbols, ``(t, state) -> their values``."""
     names = list(dict.fromkeys(CHANNEL.findall(text)))
     readers = [(others and others(name, what)) or _reader(system, packed, name, what, loops) for name in names]
     symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
     known = ("t", *symbols.values())
     value = read_expression(CHANNEL.sub(lambda match: symbols[match[0]], text), f"{what}: {text[:60]!r}", known)
-    compiled = symengine.Lambdify([symengine.Symbol(name) for name in known], [value])
-    return lambda t, state: float(compiled(np.array([t, *(read(state) for read in readers)]))[0])
+    return value, known, lambda t, state: np.array([t, *(read(state) for read in readers)])
+
+
+def compile_expressions(known: Sequence[str], values: Sequence[Any]) -> Callable[[np.ndarray], np.ndarray]:
+    """Return ``numbers -> values`` of symengine's expressions of the `known` symbols."""
+    import symengine
+
+    return symengine.Lambdify([symengine.Symbol(name) for name in known], values)
 
 
 def _reader(system: System, packed: Packed, name: str, what: str, loops: Loops | None) -> Callable[[State], float]:

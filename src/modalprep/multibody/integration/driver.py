@@ -43,9 +43,6 @@ SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of th
 FIRST, BEFORE_OUTPUT = 1e-3, 0.1  # first step of the Rosenbrock method, of the time that is left and between outputs
 FIRST_CUT = 0.01  # the least that it is cut to
 UNKNOWN = 1e-6  # s, first step of what has no size
-PROBES = 4  # places of a step at which events are looked for
-MOST_TRIALS = 60  # for the time of an event
-LEFT = 1e-300  # event function just after its event, on the side that the motion comes from
 TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
@@ -56,14 +53,10 @@ class Watch(NamedTuple):
     times: np.ndarray  # output times, s
     samples: np.ndarray  # (rows, ny) states at the next of them
     size: np.ndarray  # (nx,) deflection per modal coordinate, in sizes of the body
-    state: np.ndarray  # (nx + nu,) that of the equations: where the event functions are asked
+    state: np.ndarray  # (nx + nu,) that of the equations, at which event functions are asked
     shared: np.ndarray  # (1,) SHARED, of the equations
-    hook: np.ndarray  # (1,) int, address of the function that writes `values`; 0 without events
-    values: np.ndarray  # (events,) event functions at the state of the model
-    now: np.ndarray  # (events,) at the place looked at
-    before: np.ndarray  # (events,) at the last one
-    sense: np.ndarray  # (events, 2) int: direction (-1, 0, 1), whether it ends the run
-    found: np.ndarray  # (rows, 2) event, time
+    hook: np.ndarray  # (1,) int, address of the function that looks for events and writes `stop`; 0 without events
+    stop: np.ndarray  # (1,) s, of the first event that ends the last step
 
 
 @compile_kernel
@@ -131,7 +124,6 @@ def advance(eq, run, watch, method, stop, most):
 
     Samples of the last step are written first: after FULL it goes on where it was.
     """
-    run.count[0].events = 0
     for _ in range(most):
         if not sample(eq.model, run, watch):
             return FULL
@@ -292,76 +284,20 @@ def _too_far(model, watch, run):
 
 
 @compile_kernel
-def ask(watch, t, y):
-    """Let Python write the event functions at a state; False when it raised."""
-    copy(y, watch.state)
-    call_address(watch.hook[0], t)
-    return watch.shared[0].raised == 0.0
+def place(model, run, watch, t):
+    """Write the state at a time within the last step to that of the equations."""
+    interpolate(model, run, t, watch.state)
 
 
 @compile_kernel
 def _events(model, run, watch):
-    """Look for zero crossings in the last step; the first that ends the run becomes its state."""
-    h, y, until = run.clock[0].last_step, run.new, np.inf
-    for j in range(PROBES):
-        a, b = run.clock[0].begin + j * h / PROBES, run.clock[0].begin + (j + 1) * h / PROBES
-        if j == PROBES - 1:
-            b = run.clock[0].time
-        interpolate(model, run, b, y)
-        if not ask(watch, b, y):
-            return RAISED
-        copy(watch.values, watch.now)  # `_crossing` asks for others
-        for e in range(len(watch.now)):
-            fa, fb = watch.before[e], watch.now[e]
-            rising = fa < 0.0 and fb >= 0.0
-            falling = fa > 0.0 and fb <= 0.0
-            if (rising and watch.sense[e, 0] >= 0) or (falling and watch.sense[e, 0] <= 0):
-                if abs(fa) == LEFT:
-                    t = _return(model, run, watch, e, a, b, fa, fb)
-                else:
-                    t = _crossing(model, run, watch, e, a, b, fa, fb)
-                watch.found[run.count[0].events, 0], watch.found[run.count[0].events, 1] = e, t
-                run.count[0].events += 1
-                if watch.sense[e, 1]:
-                    until = min(until, t)
-            watch.before[e] = fb
-        if until < np.inf:
-            interpolate(model, run, until, y)
-            copy(y, run.y)
-            run.clock[0].time = until
-            return STOPPED
+    """Let Python look for events in the last step; where one ends it, that becomes its end."""
+    call_address(watch.hook[0], run.clock[0].time)
+    if watch.shared[0].raised != 0.0:
+        return RAISED
+    if watch.stop[0] < np.inf:
+        interpolate(model, run, watch.stop[0], run.new)
+        copy(run.new, run.y)
+        run.clock[0].time = watch.stop[0]
+        return STOPPED
     return RUNNING
-
-
-@compile_kernel
-def _return(model, run, watch, e, a, b, fa, fb):
-    """Time in [a, b] at which an event comes back that was just there: a itself where the motion did not leave."""
-    for _ in range(MOST_TRIALS):
-        t = 0.5 * (a + b)
-        interpolate(model, run, t, run.new)
-        ask(watch, t, run.new)
-        f = watch.values[e]
-        if f * fa > 0.0:
-            return _crossing(model, run, watch, e, t, b, f, fb)
-        b, fb = t, f
-    return a
-
-
-@compile_kernel
-def _crossing(model, run, watch, e, a, b, fa, fb):
-    """Time in [a, b] at which an event function is zero: regula falsi, Illinois variant."""
-    last = a
-    for _ in range(MOST_TRIALS):
-        t = b - fb * (b - a) / (fb - fa)
-        if abs(t - last) <= 4e-16 * abs(t) or fb == 0.0:
-            return b if fb == 0.0 else t
-        last = t
-        interpolate(model, run, t, run.new)
-        ask(watch, t, run.new)
-        f = watch.values[e]
-        if f * fb < 0.0:
-            a, fa = b, fb
-        else:
-            fa *= 0.5
-        b, fb = t, f
-    return b

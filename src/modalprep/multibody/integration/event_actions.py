@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import permutations
 
 import numpy as np
 
@@ -36,13 +37,25 @@ class Changes:
 
     def armed(self, event: Event) -> bool:
         """Return whether an event that is there to begin or to end closures still can."""
-        if event.once and event.name in self.past:
+        if self._spent(event):
             return False
         if not event.changes or event.impacts:
             return True
         active = self.loading.loops.active
         waiting = any(not active(self.number[name]) for name in event.activates)
         return waiting or any(active(self.number[name]) for name in event.deactivates)
+
+    def _spent(self, event: Event) -> bool:
+        return event.once and event.name in self.past
+
+    def refuse_contradiction(self, events: Sequence[Event], t: float) -> None:
+        """Refuse events at one time of which one activates what another deactivates."""
+        for one, other in permutations([event for event in events if not self._spent(event)], 2):
+            for name in set(one.activates) & set(other.deactivates):
+                raise SimulationError(
+                    f"events {one.name!r} and {other.name!r} come at the same time, t = {t:.6g} s; one activates "
+                    f"closure {name!r}, the other deactivates it; let them come one after the other"
+                )
 
     def apply(self, event: Event, t: float, y: np.ndarray) -> None:
         """Let the closures of an event act on a state ``y (nx + nu + 1,)``; the change of energy counts as work.

@@ -13,10 +13,12 @@ from modalprep.multibody.evaluation.evaluate import GOOD, build_equations
 from modalprep.multibody.evaluation.event_functions import Observer, event_functions, state_reader
 from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration import driver
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.integration.endless import refuse_endless
 from modalprep.multibody.integration.event_actions import Changes
+from modalprep.multibody.integration.event_search import EventSearch
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import new_run
@@ -130,21 +132,32 @@ class Integration:
             self.equations.reference[:] = accelerations(self.equations.state, self.equations.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
-        watch = new_watch(times, size, len(self.steps.y), self.equations, self.events)
+        watch = new_watch(times, size, len(self.steps.y), self.equations)
         if self.events:
-            functions = event_functions(self.system, self.packed, self.loading, self.events, self.observer)
-            state_at = state_reader(self.system, self.packed, self.loading, self.equations, self.events, self.observer)
-
-            def ask(t: float) -> None:
-                state = state_at(t)
-                watch.values[:] = [
-                    function(t, state) if self.changes.armed(event) else 1.0
-                    for function, event in zip(functions, self.events, strict=True)
-                ]
-
-            self.pointers["events"] = pointer = self._pointer(ask)
+            self.search = self._new_search(watch)
+            self.pointers["events"] = pointer = self._pointer(self._search)
             watch.hook[0] = pointer.address
         return watch
+
+    def _new_search(self, watch: Watch) -> EventSearch:
+        given = self.system, self.packed, self.loading
+        state_at = state_reader(*given, self.equations, self.events, self.observer)
+        place = bound(driver.place, self.equations.model, self.steps, watch, rest=(float,))
+        omega = self.equations.data.links["omega"]
+
+        def state(t: float) -> State:
+            place(t)
+            return state_at(t)
+
+        return EventSearch(
+            event_functions(*given, self.events, self.observer), state,
+            lambda: float(np.sqrt((omega * omega).sum(axis=1).max())),
+            lambda e: self.changes.armed(self.events[e]), self.loading.t_end,
+        )  # fmt: skip
+
+    def _search(self, t: float) -> None:
+        self.search.step(t)
+        self.watch.stop[0] = self.search.stop
 
     def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
         """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
@@ -154,23 +167,21 @@ class Integration:
         SimulationError
             When the integration cannot go on: time, body, cause.
         """
-        found: list[tuple[int, float]] = []
         code = driver.REACHED
         for begin, end in self.loading.stretches:
             self.loading.enter(begin, end)
             self._begin(begin, end)
-            code = self._follow(end, found, record, progress)
+            code = self._follow(end, record, progress)
             if code != driver.REACHED:
                 break
-        return self._outcome(code, found, record)
+        return self._outcome(code, record)
 
-    def _follow(self, end: float, found: list, record: Record, progress: Callable[[float], None] | None) -> int:
+    def _follow(self, end: float, record: Record, progress: Callable[[float], None] | None) -> int:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
             t, count = self._t, self._counted("evaluations")
             halved = self._counted("halved")
             code = self._advance(self.choice.method, end, self._chunk())
-            found += [(int(e), float(t)) for e, t in self.watch.found[: self._counted("events")]]
             self._drain(record)
             self.raise_callback()
             if code == driver.COLLAPSED:
@@ -178,7 +189,7 @@ class Integration:
                 continue
             if progress:
                 progress(self._t)
-            if code == driver.STOPPED and self._change(found, record, end):
+            if code == driver.STOPPED and self._change(record, end):
                 continue
             if code not in (driver.RUNNING, driver.FULL):
                 return code
@@ -196,39 +207,24 @@ class Integration:
             self._count["cause"] = status
             raise failure(self, begin)
         if self.events and begin == self.loading.stretches[0][0]:
-            self._look(begin)
+            self.search.start(begin)
 
-    def _look(self, t: float) -> None:
-        """Take the event functions at the state as those before the next step."""
-        driver.ask(self.watch, t, self.steps.y)
-        self.raise_callback()
-        self.watch.before[:] = self.watch.values
-
-    def _change(self, found: list[tuple[int, float]], record: Record, end: float) -> bool:
+    def _change(self, record: Record, end: float) -> bool:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
-        t = self._t
-        found[:] = [(e, s) for e, s in found if s <= t]  # what was seen beyond may not come
-        here = [e for e, s in found if s == t]
-        if any(self.events[e].terminal for e in here):
+        t, here = self._t, [self.events[e] for e in self.search.signs]
+        if any(event.terminal for event in here):
             return False
+        self.changes.refuse_contradiction(self.search.at_once(), t)
         self._sample_all(record)
         record(np.array([t]), self.steps.y[None])
-        beyond = self.watch.before.copy()
-        self._look(t)
-        at = self.watch.before.copy()
-        for e in here:
-            self.changes.apply(self.events[e], t, self.steps.y)
+        before = self.search.look(t).values
+        for event in here:
+            self.changes.apply(event, t, self.steps.y)
             self.raise_callback()
         record(np.array([t]), self.steps.y[None])
         self._begin(t, end)
-        self._look(t)
-        self._send_back([e for e in here if self.events[e].impacts and self.watch.before[e] == at[e]], beyond)
+        self.search.go_on(t, before)
         return True
-
-    def _send_back(self, hits: list[int], beyond: np.ndarray) -> None:
-        """Take events that an impact reverses, functions of places, as on the side they came from, not at round-off."""
-        for e in hits:
-            self.watch.before[e] = np.copysign(driver.LEFT, -(self.events[e].direction or beyond[e]))
 
     def _chunk(self) -> int:
         """Return how many steps to take at once: two times at least up to the next review."""
@@ -267,17 +263,22 @@ class Integration:
             self.raise_callback()
         self._count["buffered"] = 0
 
+    def notes(self) -> list[str]:
+        """Return what the run may have missed, in sentences."""
+        return self.search.notes() if self.events else []
+
     def raise_callback(self) -> None:
         """Raise what a function of the user raised in compiled code."""
         for pointer in self.pointers.values():
             if pointer and pointer.error:
                 raise pointer.error
 
-    def _outcome(self, code: int, found: list[tuple[int, float]], record: Record) -> Outcome:
+    def _outcome(self, code: int, record: Record) -> Outcome:
         t = self._t
         if code in (driver.STOPPED, driver.DIVERGED):
             self._sample_all(record)
-        times = {e.name: np.sort([s for k, s in found if k == i and s <= t]) for i, e in enumerate(self.events)}
+        found = self.search.found if self.events else []
+        times = {e.name: np.sort([s for k, s in found if k == i]) for i, e in enumerate(self.events)}
         status, message = "done", f"reached t = {t:g} s"
         if code == driver.DIVERGED:
             status, message = "diverged", diverged(self)

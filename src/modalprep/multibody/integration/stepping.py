@@ -37,7 +37,6 @@ COUNT = np.dtype([
     ("halved", np.int64),  # steps that failed
     ("buffered", np.int64),  # samples
     ("sampled", np.int64),  # in all
-    ("events", np.int64),  # in the buffer
     ("shared", np.int64),  # steps since the error of the speeds was filtered
     ("cause", np.int64),  # why the last step failed
 ])  # fmt: skip

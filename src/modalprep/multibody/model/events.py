@@ -23,8 +23,12 @@ class Event(Record):
     when : str or callable
         A channel, ``"hinge.angle"``, or an expression of channels and ``t``, ``"arm.tip.position.y + 0.5"``; or a
         function ``(t, state) -> float`` with `state` as callbacks see it. Channels: `expressions.channel_expression`.
+        A function may return true or false as well: then the event is where it becomes true. Functions that turn as
+        the bodies do, sines and cosines are found however quickly they change, and so are extrema that come through
+        zero for a moment. A Python function, or another function in an expression, is looked at a thousand times in a
+        run at least: crossings that come back sooner may be missed, which `Result.notes` says.
     direction : {0, 1, -1}
-        Rising crossings only (1), falling only (-1), or both.
+        Rising crossings only (1), falling only (-1), or both; a condition that becomes false (-1).
     terminal : bool
         Whether the run ends there.
     activates, deactivates : tuple of str
@@ -62,6 +66,8 @@ class Event(Record):
             raise InputError(f"event {self.name!r}: restitution = {self.restitution:g} must be between 0 and 1")
         for key in ("activates", "deactivates", "impacts"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
+        for name in set(self.activates) & set(self.deactivates):
+            raise InputError(f"event {self.name!r} activates and deactivates closure {name!r}; choose one of both")
         super().__post_init__()
 
     @property
