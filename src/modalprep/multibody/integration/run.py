@@ -141,7 +141,8 @@ class Integration:
 
     def _new_search(self, watch: Watch) -> EventSearch:
         given = self.system, self.packed, self.loading
-        state_at = state_reader(*given, self.equations, self.events, self.observer)
+        functions = event_functions(*given, self.events, self.observer)
+        state_at = state_reader(*given, self.equations, self.events, self.observer)  # which reads what these ask for
         place = bound(driver.place, self.equations.model, self.steps, watch, rest=(float,))
         omega = self.equations.data.links["omega"]
 
@@ -150,8 +151,7 @@ class Integration:
             return state_at(t)
 
         return EventSearch(
-            event_functions(*given, self.events, self.observer), state,
-            lambda: float(np.sqrt((omega * omega).sum(axis=1).max())),
+            functions, state, lambda: float(np.sqrt((omega * omega).sum(axis=1).max())),
             lambda e: self.changes.armed(self.events[e]), self.loading.t_end,
         )  # fmt: skip
 
