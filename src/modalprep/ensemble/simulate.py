@@ -20,7 +20,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result, output_times
-from modalprep.multibody.simulate import channel_names, check_span
+from modalprep.multibody.simulate import channel_names, check_span, check_steps
 from modalprep.suggest import refuse_other, refuse_unknown
 from modalprep.workers import Cluster, Processes, Team, Threads, exported_threads, processors
 
@@ -39,6 +39,8 @@ def simulate_many(
     rtol: float = 1e-5,
     atol: float = 1e-10,
     method: str = "auto",
+    max_step: float | None = None,
+    shortest_event: float | None = None,
     events: Sequence[Event] = (),
     workers: int | None = None,
     pool: str = "threads",
@@ -55,7 +57,7 @@ def simulate_many(
         Values of start values, parameters of joints, loads and closures, and gravity, by names such as
         ``hinge.angle``, ``stay.stiffness``, ``thrust.amplitude`` and ``gravity.y``; `draw_cases` draws them from
         distributions.
-    t_end, output_step, rtol, atol, method, events
+    t_end, output_step, rtol, atol, method, max_step, shortest_event, events
         As `simulate` has them.
     channels : sequence of str
         Channels that are kept, all when none is named; ``arm.tip.position.x`` is one component.
@@ -96,7 +98,7 @@ def simulate_many(
     """
     options = {
         "t_end": t_end, "output_step": output_step, "rtol": rtol, "atol": atol, "method": method,
-        "events": tuple(events),
+        "max_step": max_step, "shortest_event": shortest_event, "events": tuple(events),
     }  # fmt: skip
     task = plan(system, cases, channels, options)
     keeper = Keeper(None if file is None else Path(file), identity(task))
@@ -115,6 +117,7 @@ def plan(system: System, cases: Any, channels: Sequence[str], options: Mapping[s
     """
     refuse_other("simulate_many: the system", System, system)
     check_span(*(options[name] for name in ("t_end", "output_step", "rtol", "atol", "method")))
+    check_steps(options["t_end"], options["max_step"], options["shortest_event"])
     values = read_cases(cases)
     times = output_times(options["t_end"], options["output_step"])
     first = Parameters(system, list(values))

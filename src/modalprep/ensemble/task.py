@@ -100,7 +100,8 @@ class CaseTask:
             return self._failed(case, f"{type(error).__name__}: {' '.join(str(error).split())}", begin)
         spent, worst = time.perf_counter() - begin, run.stats["energy_error"]
         audit = "; ".join(failures(run, self.options["rtol"], self._mass)) if run.status == DONE else ""
-        return Ended(case, run.status, run.message, spent, float(run.time[-1]), worst, audit, events, histories)
+        message = "; ".join((run.message, *run.notes))
+        return Ended(case, run.status, message, spent, float(run.time[-1]), worst, audit, events, histories)
 
     def _failed(self, case: int, message: str, begin: float) -> Ended:
         return Ended(case, FAILED, message, time.perf_counter() - begin)

@@ -13,6 +13,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
@@ -22,6 +23,7 @@ from modalprep.multibody.results.channels import Channels
 from modalprep.multibody.results.record import Recorder, histories
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import large_deflections, wound_springs
 from modalprep.suggest import refuse_other
 
@@ -38,6 +40,8 @@ def simulate(
     method: str = "auto",
     step: float | None = None,
     rho_inf: float = 0.9,
+    max_step: float | None = None,
+    shortest_event: float | None = None,
     events: Sequence[Event] = (),
     reference: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -45,8 +49,9 @@ def simulate(
     """Integrate from the joints' start values, modes at rest, to `t_end`.
 
     All methods run in compiled code on the order-n recursion, with dense output, and restart where a function of time
-    changes its piece. The work of prescribed hinges, forces and drives, less the dissipation of dampers and
-    friction, is integrated as well, so that ``energy.error`` checks the whole run.
+    changes its piece. Steps end at the points of tables, and are short where functions of time vary. The work of
+    prescribed hinges, forces and drives, less the dissipation of dampers and friction, is integrated as well, so that
+    ``energy.error`` checks the whole run.
 
     Parameters
     ----------
@@ -68,6 +73,11 @@ def simulate(
         A fixed step (s) instead of error control.
     rho_inf : float
         Spectral radius of generalised-alpha at infinite frequency, 0 to 1.
+    max_step : float or None
+        The longest step, s: for what functions of Python do to the system, which the step control cannot know.
+    shortest_event : float or None
+        The width (s) to which expressions of time are looked through before the run, by default 1e-4 of `t_end`. A note
+        says where a shorter pulse might be missed.
     events : sequence of Event
         Zero crossings to be located. Where they change closures the histories have the states before and after.
     reference : bool
@@ -79,7 +89,7 @@ def simulate(
     -------
     Result
         ``status = "diverged"`` when a deflection exceeded 100 body sizes; the histories end there. ``notes`` name the
-        bodies that deflect by more than a tenth of their size.
+        bodies that deflect by more than a tenth of their size, and functions of time that may hold shorter events.
 
     Raises
     ------
@@ -111,13 +121,14 @@ def simulate(
     check_span(t_end, output_step, rtol, atol, method)
     if step is not None and not 0 < step < float("inf"):
         raise InputError(f"simulation step = {step:g} must be positive")
+    check_steps(t_end, max_step, shortest_event)
     if not 0 <= rho_inf <= 1:
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
     times = output_times(t_end, output_step)
     with by_two_processes(system):
         integration = prepare(
             system, times, reference=reference, method="explicit" if reference else method, rtol=rtol, atol=atol,
-            step=step, rho=rho_inf, events=events,
+            step=step, rho=rho_inf, longest=max_step or np.inf, shortest_event=shortest_event, events=events,
         )  # fmt: skip
         recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
         outcome = integration.run(recorder.add, progress)
@@ -129,6 +140,7 @@ def simulate(
         *large_deflections(system.bodies, result.time, modal),
         *wound_springs(system.loads, result),
         *integration.notes(),
+        *time_notes(system, t_end, shortest_event),
     )
     return result.with_(events=outcome.events, impacts=outcome.impacts, notes=notes)
 
@@ -145,6 +157,13 @@ def check_span(t_end: float, output_step: float, rtol: float, atol: float, metho
         )
     if method not in ("auto", *METHODS):
         raise InputError(f"simulation method {method!r} is not one of auto, {', '.join(METHODS)}")
+
+
+def check_steps(t_end: float, max_step: float | None, shortest_event: float | None) -> None:
+    """Refuse a longest step or a shortest event that is not positive, and an event too short to be looked for."""
+    if max_step is not None and (not isinstance(max_step, int | float) or not 0 < max_step < float("inf")):
+        raise InputError(f"simulation max_step = {max_step} must be a positive number")
+    survey_width(t_end, shortest_event)
 
 
 def channel_names(system: System, t_end: float) -> Result:
@@ -189,10 +208,12 @@ def start_channels(system: System) -> Result:
     return channels_at(system, start_state(pack(system)))
 
 
-def prepare(system: System, times: np.ndarray, *, reference: bool = False, **options) -> Integration:
+def prepare(
+    system: System, times: np.ndarray, *, reference: bool = False, shortest_event: float | None = None, **options
+) -> Integration:
     """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
     packed = pack(system)
-    loading = Loading(system, packed, float(times[-1]))
+    loading = Loading(system, packed, float(times[-1]), shortest_event)
     start = np.append(start_state(packed), 0.0)
     accelerations = _reference_accelerations(system, loading) if reference else None
     size = deflections(system, packed)

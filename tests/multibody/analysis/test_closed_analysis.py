@@ -364,7 +364,7 @@ def test_force_found_in_a_flexible_loop_moves_it_as_wanted():
         bodies=dict.fromkeys(rigid.bodies, uniform_beam(modes=2)), joints=joints, closures=(pin,), gravity=DOWN
     )
     found = mp.multibody.inverse_dynamics(system, {"a": "0.4 + 0.2*(1 - cos(3*t))"}, times)
-    torque = mp.multibody.TimeFunction.table(times, found.force["a"][:, 0])
+    torque = mp.multibody.TimeFunction.table(times, found.force["a"][:, 0], spline=True)
     driven = first.with_(elements=mp.multibody.HingeElement(drive=torque))
     run = mp.simulate(system.with_(joints=(driven, *joints[1:])), t_end=0.5, output_step=0.1, rtol=1e-8)
     wanted = 0.4 + 0.2 * (1 - np.cos(3 * run.time))

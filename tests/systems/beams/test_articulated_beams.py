@@ -111,7 +111,10 @@ def test_recovered_torques_move_the_arm_as_prescribed(folder):
     found = run_shipped("slewing-arm", folder)
     (run,) = found.runs.values()
     assert run.stats["energy_error"] < 1e-9
-    drives = [mp.multibody.TimeFunction.table(run.time, run[f"{joint.name}.drive"]) for joint in found.system.joints]
+    drives = [
+        mp.multibody.TimeFunction.table(run.time, run[f"{joint.name}.drive"], spline=True)
+        for joint in found.system.joints
+    ]
     driven = found.system.with_(
         joints=tuple(
             joint.with_(motion=None, elements=mp.multibody.HingeElement(drive=drive))

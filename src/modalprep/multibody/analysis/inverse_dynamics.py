@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -17,6 +18,8 @@ from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.step_bounds import step_bounds
+from modalprep.multibody.packing.time_tables import tabulate
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.validity import large_deflections
 from modalprep.records import Record
@@ -189,7 +192,7 @@ def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
         raise InputError(
             f"inverse dynamics: joint {name!r} has no coordinate that a function of time can prescribe; leave it out"
         )
-    laws = [TimeFunction.of(f) for f in (functions if _several(functions) else [functions])]
+    laws = [TimeFunction.of(f).as_motion() for f in (functions if _several(functions) else [functions])]
     if len(laws) != count:
         raise InputError(f"inverse dynamics: joint {name!r} needs {count} functions of time, not {len(laws)}")
     for law in laws:
@@ -245,13 +248,30 @@ class _Guided:
         if not len(self.left) or len(times) == 1:
             states = np.tile(y, (len(times), 1))
         else:
-            run = solve_ivp(rate, times[[0, -1]], y, method="DOP853", t_eval=times, rtol=rtol, atol=1e-3 * rtol)
-            if not run.success:
-                raise SimulationError(f"inverse dynamics stopped at t = {run.t[-1]:g} s: {run.message}")
-            states = np.ascontiguousarray(run.y.T)  # kernels are compiled anew for strided states
+            states = self._integrated(rate, y, times, rtol)
         for t, state in zip(times, states, strict=True):
             self.guide(t, state)
         return states
+
+    def _integrated(self, rate: Callable, y: np.ndarray, times: np.ndarray, rtol: float) -> np.ndarray:
+        """Return the states at the times, step by step between the bends of all functions of time."""
+        loading, laws = self.evaluator.loading, [law for _, _, law in self.laws]
+        tables = [loading.arrays.environment.tables, tabulate(laws, float(times[-1]))]
+        bounds, breaks = step_bounds(tables, float(times[-1])), [t for each in tables for t in each.until]
+        inside = [t for t in np.append(bounds.ends, breaks) if times[0] < t < times[-1]]
+        states = [y]
+        for begin, end in pairwise(np.unique([times[0], *inside, times[-1]])):
+            here, last = times[(times > begin) & (times <= end)], np.nextafter(end, begin)
+            cells = bounds.cells[(bounds.cells[:, 0] < end) & (np.append(bounds.cells[1:, 0], np.inf) > begin)]
+            run = solve_ivp(
+                lambda t, y, last=last: rate(min(t, last), y), (begin, end), y, method="DOP853", rtol=rtol,
+                t_eval=np.unique([*here, end]), atol=1e-3 * rtol, max_step=min(cells[:, 1], default=np.inf),
+            )  # fmt: skip
+            if not run.success:
+                raise SimulationError(f"inverse dynamics stopped at t = {run.t[-1]:g} s: {run.message}")
+            y = run.y[:, -1]
+            states += list(run.y.T[: len(here)])
+        return np.array(states)
 
     def quasi_static(self, times: np.ndarray) -> np.ndarray:
         """Return the states (nt, nx + nu) with the modes in quasi-static equilibrium at each time."""

@@ -34,6 +34,7 @@ class RunSettings(NamedTuple):
     histories: Histories
     tolerances: dict
     method: str
+    shortest_event: float | None
 
 
 class Phase:
@@ -46,7 +47,7 @@ class Phase:
         self.settings, self.method, self.stages, self.t = run, run.method, stages, t
         self.system = run.system.at(stages, start)
         self.packed = pack(self.system)
-        self.loading = Loading(self.system, self.packed, float(run.times[-1]))
+        self.loading = Loading(self.system, self.packed, float(run.times[-1]), run.shortest_event)
         self.loading.clip(t, float(run.times[-1]))
         self.loading.reels = pack_reels(run.system.deployments, stages, self.system, self.packed)
         self.loading.active = True

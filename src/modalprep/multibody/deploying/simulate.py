@@ -25,7 +25,8 @@ from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.channels import Channels
 from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result, output_times
-from modalprep.multibody.simulate import check_span
+from modalprep.multibody.results.time_notes import time_notes
+from modalprep.multibody.simulate import check_span, check_steps
 
 ALIGNED = 0.1  # of a rod: retraction within which the guide aligns the next rod of a beam
 RATE_JUMP, STOP = "kink", "stop"
@@ -39,6 +40,8 @@ def simulate_deployment(
     rtol: float = 1e-7,
     atol: float = 1e-10,
     method: str = "auto",
+    max_step: float | None = None,
+    shortest_event: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Integrate a system with deployments; parameters and channels as in `simulate`, with additional channels.
@@ -74,9 +77,11 @@ def simulate_deployment(
     (np.float64(1.6), array([2., 4.]))
     """
     check_span(t_end, output_step, rtol, atol, method)
+    check_steps(t_end, max_step, shortest_event)
     times = output_times(t_end, output_step)
-    run = Run(system, times, {"rtol": rtol, "atol": atol}, method)
-    return run.integrate(progress)
+    run = Run(system, times, {"rtol": rtol, "atol": atol, "longest": max_step or np.inf}, method, shortest_event)
+    result = run.integrate(progress)
+    return result.with_(notes=(*result.notes, *time_notes(system, t_end, shortest_event)))
 
 
 def deployment_channels(system: DeployingSystem) -> Result:
@@ -96,12 +101,14 @@ def _with_recovery(system: DeployingSystem, run: Result) -> Result:
 class Run:
     """A run: stages of the deployments, current phase, recorded histories."""
 
-    def __init__(self, system: DeployingSystem, times: np.ndarray, tolerances: dict, method: str) -> None:
+    def __init__(
+        self, system: DeployingSystem, times: np.ndarray, tolerances: dict, method: str, shortest_event: float | None
+    ) -> None:
         self.system, self.times = system, times
         self.intervals = [None if d.deployed_length is None else smooth_intervals(d) for d in system.deployments]
         self.samples = [None if d.deployed_length is None else samples(d, times[-1]) for d in system.deployments]
         self.histories = Histories(system, times)
-        self.settings = RunSettings(system, times, self.histories, tolerances, method)
+        self.settings = RunSettings(system, times, self.histories, tolerances, method, shortest_event)
         self.stats: dict[str, str | int | float] = {}
         self.events: dict[str, list[float]] = {}
         stages = [first_stage(d) for d in system.deployments]

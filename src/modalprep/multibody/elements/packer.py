@@ -99,7 +99,7 @@ class Packer:
         """Return the fields `TWO_ENDS`."""
         return (*self.end(between[0]), *self.end(between[1]))
 
-    def tabulate(self, t_end: float) -> Tables:
+    def tabulate(self, t_end: float, shortest_event: float | None) -> Tables:
         """Return the tables of all functions on [0, t_end].
 
         Raises
@@ -107,7 +107,8 @@ class Packer:
         InputError
             When a function cannot be used there; the message names its owner.
         """
-        return tabulate([function for _, function in self.functions], t_end, [name for name, _ in self.functions])
+        names, functions = [name for name, _ in self.functions], [function for _, function in self.functions]
+        return tabulate(functions, t_end, names, shortest_event)
 
 
 def ground_or_interface(row: np.record, rotation: np.ndarray = UNIT9) -> tuple[tuple, tuple]:

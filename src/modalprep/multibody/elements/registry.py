@@ -85,7 +85,7 @@ class Energies(NamedTuple):
     gravity: float
 
 
-def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
+def pack_loads(system: System, packed: Packed, t_end: float, shortest_event: float | None = None) -> Loads:
     """Return what loads or drives a system on [0, t_end].
 
     Raises
@@ -111,7 +111,7 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
         **{kind.field: _pack(kind, packer, system.loads) for kind in KINDS},
     }
     masses = [packer.table(f"depletion {d.name!r}", d.mass) for d in system.depletions]
-    environment = Environment(packer.tabulate(t_end), planet.pack(system))
+    environment = Environment(packer.tabulate(t_end, shortest_event), planet.pack(system))
     fill = pack_fill(system, packed, masses, t_end) if masses else _no_fill()
     return Loads(environment, fill=fill, **found)
 

@@ -13,9 +13,9 @@ from modalprep.multibody.elements.bushing import rotation_vector
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
+from modalprep.multibody.model.functions.safe_expression import read_expression
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import ROTATIONS, TRANSLATIONS
-from modalprep.multibody.model.safe_expression import read_expression
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.suggest import find_interface, suggestion

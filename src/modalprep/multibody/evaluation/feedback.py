@@ -63,4 +63,4 @@ def feedback(
             found = (found.reshape(-1, 3) @ state[at].rotation.T).ravel()
         return {at: found}
 
-    return Callback(name=name, function=function)
+    return Callback(name=name, function=function, laws=tuple(map(str, values)))

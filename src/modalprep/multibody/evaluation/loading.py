@@ -11,15 +11,18 @@ import numpy as np
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.dense import Frame
 from modalprep.multibody.elements.registry import Energies, Loads
+from modalprep.multibody.evaluation.laws_of_time import parts_of_time, smooth_times
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
 from modalprep.multibody.kernels.loads.variable_mass import refresh
+from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.deployment import no_reels
 from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.step_bounds import StepBounds, step_bounds
 
 
 def frames(packed: Packed, data: Data) -> Callable[[str, int], Frame]:
@@ -73,20 +76,31 @@ class Loading:
     ([(0.0, 0.5), (0.5, 2.0)], False, [[1.0, 2.0, 2.0]])
     """
 
-    def __init__(self, system: System, packed: Packed, t_end: float) -> None:
+    def __init__(self, system: System, packed: Packed, t_end: float, shortest_event: float | None = None) -> None:
+        self.shortest_event = shortest_event
         self.system, self.packed, self.t_end = system, packed, t_end
         is_constant = partial(_is_constant, system)
-        self.arrays = packed.kept("loads", lambda: registry.pack_loads(system, packed, t_end), is_constant)
+        self.arrays = packed.kept(
+            "loads", lambda: registry.pack_loads(system, packed, t_end, shortest_event), is_constant
+        )
         loaded = system.loads or system.orbit or system.depletions
         self.active = bool(loaded) or any(joint.elements for joint in system.joints)
         self.compiled = not any(isinstance(load, Callback) for load in system.loads)
         self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))
-        self.loops = Loops(system, packed, t_end) if system.closures else None
+        self.loops = Loops(system, packed, t_end, shortest_event) if system.closures else None
         self.reels = no_reels()
         until = [*self.arrays.environment.tables.until, *(self.loops.breaks if self.loops else ())]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))
+
+    def step_bounds(self) -> StepBounds:
+        """Return what the functions of time, and those in control laws, ask of the steps."""
+        width = survey_width(self.t_end, self.shortest_event)
+        laws = [text for load in self.system.loads if isinstance(load, Callback) for text in load.laws]
+        times = [smooth_times(part, self.t_end, width) for text in laws for part in parts_of_time(text)]
+        tables = [self.arrays.environment.tables, *([self.loops.arrays.tables] if self.loops else [])]
+        return step_bounds(tables, self.t_end, times)
 
     def clip(self, begin: float, end: float) -> None:
         """Integrate from `begin` to `end` only (s)."""

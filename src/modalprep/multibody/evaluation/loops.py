@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from modalprep.errors import InputError
@@ -55,9 +57,10 @@ class Loops:
     array([ 1., -2.])
     """
 
-    def __init__(self, system: System, packed: Packed, t_end: float) -> None:
+    def __init__(self, system: System, packed: Packed, t_end: float, shortest_event: float | None = None) -> None:
         self.system, self.packed = system, packed
-        self.closing = packed.kept("closing", lambda: pack_constraints(system, packed, t_end), _is_constant)
+        make = partial(pack_constraints, system, packed, t_end, shortest_event)
+        self.closing = packed.kept("closing", make, _is_constant)
         self.arrays = self.closing.arrays
         self.work, self.trial = constraint_work(self.arrays, packed, self.closing.value), packed.data()
         self.faces, self.kept = rows(FACE, self._faces()), self._kept()

@@ -11,6 +11,7 @@ from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
+from modalprep.multibody.integration.limits import limited, next_end
 from modalprep.multibody.integration.rosenbrock import rosenbrock_step
 from modalprep.multibody.integration.stepping import (
     NOT_FINITE,
@@ -130,10 +131,11 @@ def advance(eq, run, watch, method, stop, most):
         t, h = run.clock[0].time, run.clock[0].next_step
         if t >= stop:
             return REACHED
-        left = stop - t
+        goal = next_end(run, t, stop)
+        left, h = goal - t, limited(run, method, t, h)
         if h > 0.5 * left:
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
-        end = stop if h == left else t + h
+        end = goal if h == left else t + h
         status, error = _try(eq, run, method, t, h)
         passed = error <= 1.0 or run.clock[0].fixed_step > 0.0
         if status == GOOD and not error < np.inf:
@@ -156,8 +158,12 @@ def advance(eq, run, watch, method, stop, most):
             run.clock[0].next_step = h * max(least, SAFETY[method] * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[0].error = -1.0
         else:
+            wanted = run.clock[0].next_step
             _accept(eq, run, watch, method, h, end)
             _next_size(run, method, h, error)
+            if end == goal < stop:
+                run.clock[0].kink = end
+                run.clock[0].next_step = max(run.clock[0].next_step, wanted)
             if _too_far(eq.model, watch, run):
                 return DIVERGED
             if watch.hook[0]:
@@ -235,10 +241,10 @@ def _due(run, watch, t):
 
 @compile_kernel
 def _add_work(run, h):
-    """Work by the parabola through the power at both ends of the step and at the one before."""
+    """Work by the parabola through the power at both ends of the step and, without a kink there, at the one before."""
     p0, p1 = run.ydot[-1], run.newdot[-1]
     work = 0.5 * h * (p0 + p1)
-    if run.clock[0].last_step > 0.0:
+    if run.clock[0].last_step > 0.0 and run.clock[0].time != run.clock[0].kink:
         g = run.clock[0].last_step
         work -= h * h * h / 6.0 * ((p1 - p0) / h - (p0 - run.clock[0].power_before) / g) / (h + g)
     run.new[-1] = run.y[-1] + work

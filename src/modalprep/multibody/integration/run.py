@@ -64,6 +64,8 @@ class Integration:
         A fixed step, s; by error control otherwise.
     rho : float
         High-frequency amplification of generalized-alpha, 0 to 1.
+    longest : float
+        Step, s.
     reference : callable or None
         ``(y, motion, t) -> accelerations`` in place of the kernel's.
     size : (nx,)
@@ -74,7 +76,7 @@ class Integration:
 
     def __init__(
         self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
-        method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9,
+        method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9, longest: float = np.inf,
         events: Sequence[Event] = (), reference: Callable | None = None, observer: Observer | None = None,
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
@@ -87,7 +89,8 @@ class Integration:
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
-        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end, output)
+        settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, loading.step_bounds()
+        self.steps = new_run(y, len(packed.links), *settings)
         sizes, scale = size.tolist(), self.steps.modal_size
         for i, own, _ in packed.flexible:
             reach = max(sizes[own])

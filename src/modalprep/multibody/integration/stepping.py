@@ -11,6 +11,7 @@ from modalprep.by_address import Pattern, by_address
 from modalprep.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.packing.step_bounds import StepBounds
 from modalprep.multibody.packing.tree import blank
 
 CLOCK = np.dtype([
@@ -21,6 +22,8 @@ CLOCK = np.dtype([
     ("begin", np.float64),  # its begin
     ("power_before", np.float64),  # W, there
     ("fixed_step", np.float64),  # 0: adaptive
+    ("longest", np.float64),  # that the user allows
+    ("kink", np.float64),  # where the last step ended that a kink of a function of time has ended
     ("rtol", np.float64),
     ("atol", np.float64),
     ("rho_inf", np.float64),
@@ -40,6 +43,7 @@ COUNT = np.dtype([
     ("shared", np.int64),  # steps since the error of the speeds was filtered
     ("cause", np.int64),  # why the last step failed
 ])  # fmt: skip
+NONE = StepBounds(np.zeros((0, 2)), np.zeros(0))
 NOT_FINITE, NOT_CONVERGED, OPEN = -3, -4, -5  # beside the status of `evaluate`
 SIZE = np.dtype(
     [("angle", np.float64), ("spin", np.float64), ("travel", np.float64), ("speed", np.float64), ("work", np.float64)]
@@ -62,15 +66,19 @@ class Run(NamedTuple):
     modal_size: np.ndarray  # (nl, 3) the same of each body's modes and their rates; what deflects by the body's size
     clock: np.ndarray  # (1,) CLOCK
     count: np.ndarray  # (1,) COUNT
+    cells: np.ndarray  # (n, 2) begin of a stretch of time, s, and longest step there
+    ends: np.ndarray  # (m,) times at which a step ends, s
 
 
 def new_run(
-    y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float, output: float
-) -> Run:
+    y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float, output: float,
+    longest: float = np.inf, bounds: StepBounds = NONE,
+) -> Run:  # fmt: skip
     """Return the state of a run that begins at y."""
-    run = _pattern(len(y), links).copy()
+    run = _pattern(len(y), links).copy(cells=bounds.cells, ends=bounds.ends)
     run.y[:] = y
     settings = {"fixed_step": fixed, "rtol": rtol, "atol": atol, "rho_inf": rho, "span": span, "output": output}
+    settings["longest"] = longest
     for name, value in settings.items():
         run.clock[name] = value
     return run
@@ -81,7 +89,7 @@ def _pattern(ny: int, links: int) -> Pattern[Run]:
     size, clock, count = (blank(dtype, 1) for dtype in (SIZE, CLOCK, COUNT))
     vectors = [np.zeros(ny) for _ in range(5)]
     rows = np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny)
-    return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count))
+    return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count, *NONE), StepBounds._fields)
 
 
 @compile_once

@@ -56,9 +56,13 @@ def table(tables, k, t):
     when = tables.middle[0]
     if when != when:
         when = t
-    piece = tables.first[k]
-    while piece < tables.first[k + 1] - 1 and when >= tables.until[piece]:
-        piece += 1
+    piece, last = tables.first[k], tables.first[k + 1] - 1
+    while piece < last:
+        mid = (piece + last) // 2
+        if tables.until[mid] > when:
+            last = mid
+        else:
+            piece = mid + 1
     low = tables.knot[piece]
     high = tables.knot[piece + 1] - 1
     while high - low > 1:

@@ -123,7 +123,7 @@ class Closure(Record):
             if getattr(self, key) is not None and self.type != owner:
                 raise InputError(f"{self._what}: a {self.type} closure has no {key}; it belongs to a {owner}")
         if self.length is not None:
-            length = TimeFunction.of(self.length)
+            length = TimeFunction.of(self.length).as_motion()
             length.refuse_jumps(f"{self._what}: the length")
             if not length(0.0)[0] > 0:
                 raise InputError(f"{self._what}: length {length(0.0)[0]:g} must be positive; use a spherical closure")
@@ -131,7 +131,7 @@ class Closure(Record):
         if self.type == "position":
             if self.path is None or len(self.path) != 3 or all(value is None for value in self.path):
                 raise InputError(f"{self._what}: a position needs a path of three components, not all of them free")
-            path = tuple(None if value is None else TimeFunction.of(value) for value in self.path)
+            path = tuple(None if value is None else TimeFunction.of(value).as_motion() for value in self.path)
             for function in path:
                 if function is not None:
                     function.refuse_jumps(f"{self._what}: the path")
@@ -179,7 +179,7 @@ class Coupler(Record):
             if factor == 0 or not np.isfinite(factor):
                 raise InputError(f"{what}: factor {factor:g} of joint {joint!r} must be a number other than 0")
         if self.value is not None:
-            value = TimeFunction.of(self.value)
+            value = TimeFunction.of(self.value).as_motion()
             value.refuse_jumps(f"{what}: the value")
             object.__setattr__(self, "value", value)
         super().__post_init__()

@@ -57,7 +57,7 @@ class Depletion(Record):
 
     def __post_init__(self) -> None:
         """Read the function of time."""
-        object.__setattr__(self, "mass", TimeFunction.of(self.mass))
+        object.__setattr__(self, "mass", TimeFunction.of(self.mass).by_parts())
         if not self.levels:
             raise InputError(f"depletion {self.name!r}: give body {self.body!r} at one other fill level at least")
         self.mass.refuse_jumps(f"depletion {self.name!r}: the mass", smooth=False)
@@ -193,7 +193,7 @@ class ExpelledGas(Record):
             raise InputError(f"gas {self.name!r}: axis {axis.tolist()} has no direction")
         object.__setattr__(self, "axis", axis / np.linalg.norm(axis))
         object.__setattr__(self, "flow_path", tuple(self.flow_path))
-        object.__setattr__(self, "source", TimeFunction.of(self.source))
+        object.__setattr__(self, "source", TimeFunction.of(self.source).by_parts())
         super().__post_init__()
 
     @property

@@ -117,9 +117,10 @@ class Deployment(Record):
             )
         if self.deflection and not self.EI > 0:
             raise InputError(f"{what}an initial deflection needs EI")
-        for name in ("deployed_length", "tension"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, None if value is None else TimeFunction.of(value))
+        if self.deployed_length is not None:
+            object.__setattr__(self, "deployed_length", TimeFunction.of(self.deployed_length).as_motion())
+        if self.tension is not None:
+            object.__setattr__(self, "tension", TimeFunction.of(self.tension))
         if self.deployed_length is None and not 0 < self.initial_length <= self.length:
             raise InputError(
                 f"{what}initial_length = {self.initial_length:g} m must be positive and at most {self.length:g} m"

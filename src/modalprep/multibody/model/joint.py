@@ -156,9 +156,9 @@ class Joint(Record):
 
     def _check_motion(self) -> None:
         if isinstance(self.motion, list | tuple):
-            object.__setattr__(self, "motion", tuple(map(TimeFunction.of, self.motion)))
+            object.__setattr__(self, "motion", tuple(TimeFunction.of(law).as_motion() for law in self.motion))
         elif self.motion is not None:
-            object.__setattr__(self, "motion", TimeFunction.of(self.motion))
+            object.__setattr__(self, "motion", TimeFunction.of(self.motion).as_motion())
         count = SCALARS[self.type]
         if self.motion is not None and count == 0:
             raise InputError(f"joint {self.name!r}: a {self.type} joint cannot have a prescribed motion")

@@ -221,6 +221,11 @@ class Callback(Record):
     force, or with a force followed by a torque (3 or 6 numbers, N and N m, inertial), or the name of a joint with one
     number for each of its speeds. The function is called at every evaluation, so it must depend on t and state alone.
 
+    The step control sees what the function returns at the places of a step, and nothing of what happens between them. A
+    load that the function switches on for a short time may be missed: give loads that depend on time alone as functions
+    of time, whose bends are known, or let no step be longer than the event (`max_step` of `simulate`). `laws` are
+    expressions whose parts in ``t`` alone limit the step, as `feedback` gives them.
+
     Examples
     --------
     >>> brake = Callback(name="brake", function=lambda t, state: {"hinge": -2.0 * state.joint("hinge").rate})
@@ -230,6 +235,7 @@ class Callback(Record):
 
     name: str
     function: Callable[[float, Any], Mapping[str, Any]]
+    laws: tuple[str, ...] = ()
 
 
 Load = (

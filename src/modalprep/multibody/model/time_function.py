@@ -8,24 +8,23 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from modalprep.errors import InputError
-from modalprep.multibody.model.safe_expression import FUNCTIONS, read_expression
+from modalprep.multibody.model.functions.safe_expression import FUNCTIONS, read_expression
+from modalprep.multibody.model.functions.survey import survey_width
 
 FOREVER = float("inf")
-SAMPLES = (64, 65536)  # initial and largest number of intervals of a sampled callable
-SAMPLED = 1e-11  # error of a sampled callable, relative to its largest value
 SMOOTH = 1e-6  # relative size below which a jump of a prescribed motion is rounding of constants
 
 
 class Piece(NamedTuple):
-    """One smooth piece: its end (s), ``t -> (value, rate, acceleration)``, knots of a spline, text of an expression."""
+    """One piece: its end (s), ``t -> (value, rate, acceleration)``, `curves.knots` of a curve, its name, its source."""
 
     until: float
     evaluate: Callable[[np.ndarray], np.ndarray]
     knots: np.ndarray | None
     text: str
+    source: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,14 +80,22 @@ class TimeFunction:
         return value if isinstance(value, cls) else cls(value)
 
     @classmethod
-    def table(cls, t: Sequence[float], values: Sequence[float]) -> TimeFunction:
-        """Return the cubic spline with two continuous derivatives through points; a repeated time is a jump.
+    def table(
+        cls, t: Sequence[float], values: Sequence[float], *, smooth: bool = False, spline: bool = False
+    ) -> TimeFunction:
+        """Return straight lines between points, by default; a repeated time is a jump.
+
+        Of a prescribed motion only the acceleration may jump: there a cubic spline takes the place of the lines.
 
         Parameters
         ----------
         t : (n,)
             s, from 0 or earlier to the end of the simulation or later.
         values : (n,)
+        smooth : bool
+            A monotone curve (PCHIP) instead, which never leaves the values of two neighbouring points.
+        spline : bool
+            A cubic spline with two continuous derivatives, which may go far beyond the points.
 
         Returns
         -------
@@ -102,26 +109,28 @@ class TimeFunction:
 
         Examples
         --------
-        >>> step = TimeFunction.table([0, 1, 1, 2], [0, 0, 5, 5])
+        >>> step = TimeFunction.table([0, 1, 1, 2], [0, 1, 5, 5])
         >>> step(0.5)[0], step(1.5)[0]
-        (0.0, 5.0)
+        (0.5, 5.0)
         """
-        t, values = np.asarray(t, dtype=float), np.asarray(values, dtype=float)
-        if t.ndim != 1 or t.shape != values.shape:
-            raise InputError(f"table of time: {t.size} times and {values.size} values; give one value per time")
-        if not np.all(np.isfinite([t, values])):
-            raise InputError("table of time: a time or a value is not a finite number")
-        cuts = [0, *(np.flatnonzero(np.diff(t) == 0) + 1), len(t)]
-        if np.any(np.diff(t) < 0) or np.any(np.diff(cuts) < 2):
-            raise InputError(
-                "table of time: needs two points or more at increasing times; a jump repeats its time once, and has "
-                "two points or more on either side"
-            )
-        return cls([(t[b - 1], scipy.interpolate.CubicSpline(t[a:b], values[a:b])) for a, b in pairwise(cuts)])
+        from modalprep.multibody.model.functions import curves
+
+        return cls(curves.through(t, values, smooth, spline))
 
     @classmethod
-    def sampled(cls, function: Callable[[float], float], until: float) -> TimeFunction:
+    def sampled(
+        cls, function: Callable[[float], float], until: float, shortest_event: float | None = None
+    ) -> TimeFunction:
         """Return the quintic spline of a Python function on [0, until], refined to a relative error of 1e-11.
+
+        Parameters
+        ----------
+        function : callable
+            ``t -> value``.
+        until : float
+            s.
+        shortest_event : float or None
+            s, by default 1e-4 of the span: the function is called twice in each, and what is shorter may be missed.
 
         Returns
         -------
@@ -140,21 +149,9 @@ class TimeFunction:
         >>> bool(abs(wave(1.0)[0] - math.sin(1.0)) < 1e-11)
         True
         """
-        intervals, largest = SAMPLES
-        while intervals <= largest:
-            t = np.linspace(0.0, until, 2 * intervals + 1)
-            values = np.array([float(function(x)) for x in t])
-            if not np.all(np.isfinite(values)):
-                raise InputError(f"function of time: not finite at t = {t[~np.isfinite(values)][0]:g} s")
-            coarse = scipy.interpolate.make_interp_spline(t[::2], values[::2], k=5)
-            if np.abs(coarse(t) - values).max() <= 2**6 * SAMPLED * np.abs(values).max():  # order 6: t is finer by 2
-                fine = scipy.interpolate.make_interp_spline(t, values, k=5)
-                return cls([(float(until), scipy.interpolate.PPoly.from_spline(fine))])
-            intervals *= 2
-        raise InputError(
-            f"function of time: {largest} samples up to t = {until:g} s do not resolve it; it must be smooth: give "
-            "jumps as pieces of an expression, or by a table that repeats their times"
-        )
+        from modalprep.multibody.model.functions import curves
+
+        return cls([(float(until), curves.sampled(function, float(until), survey_width(until, shortest_event)))])
 
     def __call__(self, t: float) -> tuple[float, float, float]:
         """Return value, rate and acceleration at time t; an `InputError` where they are not finite.
@@ -191,6 +188,49 @@ class TimeFunction:
         """
         return TimeFunction([(until, _times(what, float(factor))) for until, what in self.given])
 
+    def as_motion(self) -> TimeFunction:
+        """Return the function with the continuous rate that a prescribed motion needs.
+
+        A cubic spline takes the place of straight lines between points. A monotone curve becomes a piece between each
+        two points, where its acceleration jumps.
+
+        Returns
+        -------
+        TimeFunction
+            Itself, but for tables.
+
+        Examples
+        --------
+        >>> TimeFunction.table([0, 1, 2], [0, 1, 0]).as_motion()(0.5)[0]
+        0.75
+        """
+        return self._with_curves("in_motion")
+
+    def by_parts(self) -> TimeFunction:
+        """Return the function with a piece between each two points of its tables, for a use in which the rate counts.
+
+        Returns
+        -------
+        TimeFunction
+            Itself, but for tables of straight lines and monotone curves.
+
+        Examples
+        --------
+        >>> TimeFunction.table([0, 1, 2], [0, 1, 0]).by_parts().breaks
+        [1.0]
+        """
+        return self._with_curves("parts")
+
+    def _with_curves(self, change: str) -> TimeFunction:
+        if not any(_is_table(what) for _, what in self.given):
+            return self
+        from modalprep.multibody.model.functions import curves
+
+        found = []
+        for until, what in self.given:
+            found += getattr(curves, change)(what, until) if _is_table(what) else [(until, what)]
+        return TimeFunction(found)
+
     @property
     def given(self) -> list[tuple]:
         """What the pieces were made from: ``(until, number, expression or spline)``."""
@@ -209,6 +249,8 @@ class TimeFunction:
         at = np.array(self.breaks)[:, None]
         sides = [[checked(p, t)[:2, 0] for p in two] for t, two in zip(at, pairwise(self.pieces), strict=True)]
         scale = np.abs([self(0.0)[:2], *(side for pair in sides for side in pair)]).max(axis=0)
+        mean = np.diff([left[0] for left, _ in sides]) / np.diff(self.breaks)  # rates at the breaks may be round-off
+        scale[1] = np.abs(mean).max(initial=scale[1])
         for t, (left, right) in zip(self.breaks, sides, strict=True):
             for name, a, b, size in list(zip(("value", "rate"), left, right, scale, strict=True))[: 1 + smooth]:
                 if abs(b - a) > SMOOTH * size:
@@ -225,7 +267,10 @@ def checked(piece: Piece, t: np.ndarray) -> np.ndarray:
         found = piece.evaluate(t)
     bad = ~np.all(np.isfinite(found), axis=0)
     if np.any(bad):
-        raise InputError(f"{piece.text} has no finite value, rate and acceleration at t = {t[bad][0]:g} s")
+        raise InputError(
+            f"{piece.text} has no finite value, rate and acceleration at t = {t[bad][0]:g} s; give its jumps and kinks "
+            "as ends of pieces"
+        )
     return found
 
 
@@ -236,20 +281,24 @@ def _is_table(what: Any) -> bool:
 
 def _times(what: Any, factor: float) -> Any:
     if _is_table(what):
-        return scipy.interpolate.PPoly(factor * what.c, what.x)
+        from modalprep.multibody.model.functions.curves import scaled
+
+        return scaled(what, factor)
     return f"({factor!r})*({what})" if isinstance(what, str) else factor * what
 
 
 def _piece(until: float, what: Any) -> Piece:
     if _is_table(what):
+        from modalprep.multibody.model.functions.curves import knots
+
         first, second = what.derivative(), what.derivative(2)
-        return Piece(until, lambda t: np.array([what(t), first(t), second(t)]), np.unique(what.x), "a table")
+        return Piece(until, lambda t: np.array([what(t), first(t), second(t)]), knots(what), "a table", what)
     if isinstance(what, str):
-        return Piece(until, expression(what), None, f"function of time {what!r}")
+        return Piece(until, expression(what), None, f"function of time {what!r}", what)
     value = float(what)
     if not np.isfinite(value):
         raise InputError(f"function of time: {value} is not a finite number")
-    return Piece(until, lambda t: np.array([np.full(len(t), value), 0 * t, 0 * t]), None, f"{value:g}")
+    return Piece(until, lambda t: np.array([np.full(len(t), value), 0 * t, 0 * t]), None, f"{value:g}", value)
 
 
 def expression(text: str) -> Callable[[np.ndarray], np.ndarray]:

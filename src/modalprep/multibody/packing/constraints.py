@@ -100,7 +100,7 @@ HOLDS = {
 }
 
 
-def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
+def pack_constraints(system: System, packed: Packed, t_end: float, shortest_event: float | None = None) -> Closing:
     """Return the arrays of all closures of a system on [0, t_end]; lengths "as at the start" are still zero.
 
     Examples
@@ -136,7 +136,7 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
     ]
     ends = [end for closure in system.closures for end in _ends(system, packed, closure)]
     arrays = Constraints(
-        tabulate(functions, t_end),
+        tabulate(functions, t_end, shortest_event=shortest_event),
         rows(END, ends),
         packed_rows,
         rows(TERM, terms),

@@ -1,4 +1,7 @@
-"""Pack functions of time into the tables of the kernel, with knots as close as the interpolation error asks for."""
+"""Pack functions of time into the tables of the kernel, with knots as close as the interpolation error asks for.
+
+Expressions are first looked at in steps of half the shortest event, so that none of that length stays between knots.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,9 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.kernels.time_tables import Tables, quintic
+from modalprep.multibody.model.functions.survey import is_surely_slow, survey_width
 from modalprep.multibody.model.time_function import FOREVER, Piece, TimeFunction, checked
+from modalprep.multibody.packing.step_bounds import smooth_cells, tolerance_of
 
 VALUE_ERROR = 1e-12  # of the largest value of a piece: an integrator at rtol 1e-10 does not see it
 ACCELERATION_ERROR = 1e-9  # of the largest acceleration
@@ -19,8 +24,12 @@ FIRST_INTERVALS, MOST_KNOTS = 8, 1_000_000
 SHORTEST = 1e-12  # of a piece
 
 
-def tabulate(functions: Sequence[TimeFunction], t_end: float, owners: Sequence[str] = ()) -> Tables:
+def tabulate(
+    functions: Sequence[TimeFunction], t_end: float, owners: Sequence[str] = (), shortest_event: float | None = None
+) -> Tables:
     """Return the tables of functions on [0, t_end]; `owners` begin the messages about them.
+
+    Expressions are looked at for events as short as `shortest_event` (s), by default 1e-4 of t_end.
 
     Raises
     ------
@@ -34,23 +43,24 @@ def tabulate(functions: Sequence[TimeFunction], t_end: float, owners: Sequence[s
     >>> bool(abs(table(tables, 1, 0.3)[0] - np.sin(0.3)) < 1e-12)
     True
     """
-    return _tables(functions, t_end, owners) if functions else _no_tables()
+    width = survey_width(t_end, shortest_event)
+    return _tables(functions, t_end, owners, width) if functions else _no_tables()
 
 
 @cache
 def _no_tables() -> Tables:
     """Return the tables of no function, the same for all systems: nothing in them is read."""
-    return _tables((), 0.0, ())
+    return _tables((), 0.0, (), 0.0)
 
 
-def _tables(functions: Sequence[TimeFunction], t_end: float, owners: Sequence[str]) -> Tables:
+def _tables(functions: Sequence[TimeFunction], t_end: float, owners: Sequence[str], width: float) -> Tables:
     knots: list[np.ndarray] = []
     until: list[float] = []
     first = [0]
     for number, function in enumerate(functions):
         try:
             for piece, begin, end in _used(function, t_end):
-                knots.append(_knots(piece, begin, end))
+                knots.append(_knots(piece, begin, end, width))
                 until.append(piece.until)
         except InputError as error:
             raise InputError(f"{owners[number]}: {error}" if owners else str(error)) from None
@@ -76,12 +86,16 @@ def _used(function: TimeFunction, t_end: float) -> list[tuple[Piece, float, floa
     ]
 
 
-def _knots(piece: Piece, begin: float, end: float) -> np.ndarray:
-    if piece.knots is not None:  # a spline of degree five or less is its own interpolant
-        if piece.knots[0] > begin:
-            raise InputError(f"a table of time begins at t = {piece.knots[0]:g} s, but is needed from {begin:g} s on")
-        return _hermite(piece, piece.knots)
+def _knots(piece: Piece, begin: float, end: float, width: float) -> np.ndarray:
+    if piece.knots is not None:  # a polynomial of degree five or less is its own interpolant
+        if piece.knots[0, 0] > begin:
+            raise InputError(
+                f"a table of time begins at t = {piece.knots[0, 0]:g} s, but is needed from {begin:g} s on"
+            )
+        return piece.knots
     t = np.linspace(begin, end, FIRST_INTERVALS + 1)
+    if not is_surely_slow(piece.source, end - begin, width):
+        t = np.union1d(t, _surveyed(piece, begin, end, width))
     while True:
         knots = _hermite(piece, t)
         coarse = _coarse(piece, knots)
@@ -94,6 +108,13 @@ def _knots(piece: Piece, begin: float, end: float) -> np.ndarray:
                 "it must be smooth: give its jumps and kinks as ends of pieces"
             )
         t = np.sort(np.concatenate([t, (t[:-1] + h / 2)[coarse]]))
+
+
+def _surveyed(piece: Piece, begin: float, end: float, width: float) -> np.ndarray:
+    """Return times between which an expression is smooth, as far as it is seen at two places of each event."""
+    t = np.linspace(begin, end, 2 * FIRST_INTERVALS * int(np.ceil((end - begin) / width / FIRST_INTERVALS)) + 1)
+    value = checked(piece, t)[0]
+    return t[smooth_cells(t, value, tolerance_of(value))]
 
 
 def _hermite(piece: Piece, t: np.ndarray) -> np.ndarray:

@@ -225,6 +225,10 @@ class SimulationTable(Table):
     method: Literal["auto", "explicit", "generalised_alpha", "rosenbrock"] = Field(
         "auto", description="auto: implicit for stiff modes"
     )
+    max_step: Duration | None = Field(None, gt=0, description="s, longest step; for what control laws do in between")
+    shortest_event: Duration | None = Field(
+        None, gt=0, description="s, for which expressions of t are looked through; default 1e-4 of t_end"
+    )
     variables: Literal["joint", "momentum", "efficient"] = Field(
         "joint",
         description="of one body in free flight instead: its momenta, or efficient ones with a constant mass matrix",
@@ -242,8 +246,10 @@ class SimulationTable(Table):
 
     @model_validator(mode="after")
     def _one_way(self) -> SimulationTable:
-        if self.variables != "joint" and self.method != "auto":
-            raise ValueError(f"variables = {self.variables!r} are integrated explicitly; leave out method")
+        given = [key for key in ("max_step", "shortest_event") if getattr(self, key) is not None]
+        given += ["method"] if self.method != "auto" else []
+        if self.variables != "joint" and given:
+            raise ValueError(f"variables = {self.variables!r} are integrated explicitly; leave out {given[0]}")
         return self
 
     @property

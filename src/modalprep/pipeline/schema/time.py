@@ -33,7 +33,7 @@ class PointsOrFile(Table):
 
     @model_validator(mode="after")
     def _points_or_file(self) -> Self:
-        names = [name for name in type(self).model_fields if name != "file"]
+        names = self._columns()
         given = [name for name in names if getattr(self, name) is not None]
         if given != ([] if self.file else names):
             raise ValueError(f"{self.what} needs both {' and '.join(map(repr, names))}, or 'file'")
@@ -43,17 +43,24 @@ class PointsOrFile(Table):
         """Return both columns; a file is relative to `folder`."""
         if self.file is not None:
             return points_of_file(folder / self.file)
-        first, second = (getattr(self, name) for name in type(self).model_fields if name != "file")
+        first, second = (getattr(self, name) for name in self._columns())
         return first, second
+
+    @classmethod
+    def _columns(cls) -> list[str]:
+        """Return the names of both columns."""
+        return [name for name in cls.model_fields if name not in ("file", "smooth", "spline")]
 
 
 class PointsTable(PointsOrFile):
-    """A function of time as a smooth curve through points; a time named twice is a jump."""
+    """A function of time as straight lines between points; a time named twice is a jump."""
 
     what = "a table of time"
     t: list[Duration] | None = Field(None, description="s")
     values: list[float] | None = None
     file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
+    smooth: bool = Field(False, description="a monotone curve instead, that stays between the points")
+    spline: bool = Field(False, description="a cubic spline instead, that may go beyond the points")
 
 
 def form(value: Any) -> str:
@@ -129,7 +136,7 @@ def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | 
         if value is None:
             return None
         if isinstance(value, PointsTable):
-            return TimeFunction.table(*value.columns(folder))
+            return TimeFunction.table(*value.columns(folder), smooth=value.smooth, spline=value.spline)
         if isinstance(value, list):
             return TimeFunction(pieces(value))
         return TimeFunction(value)

@@ -18,7 +18,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.simulate import channel_names, check_span
+from modalprep.multibody.simulate import channel_names, check_span, check_steps
 from modalprep.pipeline.build.build import read_bodies, stand_in
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming
@@ -46,6 +46,7 @@ def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
     with naming(path):
         if s is not None:
             check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
+            check_steps(s.t_end, s.max_step, s.shortest_event)
         if pipeline.ensemble is not None:
             from modalprep.pipeline.systems.ensembles import ensemble_cases  # only here, as it imports what draws
 

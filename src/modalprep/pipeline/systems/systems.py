@@ -135,15 +135,14 @@ def _simulate(
     s = pipeline.simulation
     with reporter.progress(f"{path.name}: {label}", s.t_end, unit="s") as progress:
         span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
+        steps = {"atol": s.atol, "method": s.method, "max_step": s.max_step, "shortest_event": s.shortest_event}
         if isinstance(system, DeployingSystem):
             if reference:
                 raise InputError("[deployments] have no reference implementation; leave out --reference")
-            run = simulate_deployment(system, **span, atol=s.atol, method=s.method, progress=progress)
+            run = simulate_deployment(system, **span, **steps, progress=progress)
         elif s.variables == "joint":
             events = read_events(pipeline.events)
-            run = simulate(
-                system, **span, atol=s.atol, method=s.method, events=events, reference=reference, progress=progress
-            )  # fmt: skip
+            run = simulate(system, **span, **steps, events=events, reference=reference, progress=progress)
         else:
             run = simulate_free_system(system, **span, variables=s.variables)
     reporter.say(
