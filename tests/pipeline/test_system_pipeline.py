@@ -12,6 +12,7 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.read import read_system
+from modalprep.pipeline.systems.systems import simulate_pipeline
 
 FILE = """
 [bodies.a]
@@ -197,3 +198,49 @@ def test_schema_describes_every_key_of_a_system():
             if not value.get("description") and key not in ("type", "rotation", "start")
         ]
         assert not missing, table
+
+
+PULSE = """
+[bodies.arm]
+mass = 1.0
+centre = [0, 0, 0]
+inertia = [1, 1, 1]
+interfaces = { root = [0, 0, 0] }
+
+[joints.hinge]
+type = "revolute"
+child = "arm.root"
+start = { rate = 1.0 }
+torque = "1000*exp(-((t - 5.0037)/0.01)**2)"
+
+[simulation]
+t_end = 10.0
+"""
+
+
+def run_of(tmp_path, text):
+    path = tmp_path / "pulse.toml"
+    path.write_text(text)
+    (run,) = simulate_pipeline(path, None, Reporter(quiet=True)).runs.values()
+    return run
+
+
+def test_a_pulse_in_a_file_is_not_stepped_over(tmp_path):
+    """The rate gains 1000 sqrt(pi) 0.01, and the page says what else might be missed."""
+    run = run_of(tmp_path, PULSE)
+    assert run["hinge.rate"][-1] == pytest.approx(1 + 10 * math.pi**0.5, rel=1e-4)  # 10 times rtol
+    assert run.notes[0].startswith("features of t shorter than 0.001 s may be missed in 'hinge'")
+    run = run_of(tmp_path, PULSE + 'shortest_event = "5 ms"\nmax_step = 0.1\n')
+    assert run["hinge.rate"][-1] == pytest.approx(1 + 10 * math.pi**0.5, rel=1e-4)
+    assert not run.notes
+    assert run.stats["steps"] >= 100
+
+
+@pytest.mark.parametrize(("how", "most"), [("", 10.0), (", smooth = true", 10.0), (", spline = true", 255.4)])
+def test_points_in_a_file_are_joined_as_it_says(tmp_path, how, most):
+    """A trapezoid; the spline through it is SciPy's."""
+    table = "{ t = [0, 1, 1.01, 2, 2.01, 10], values = [0, 0, 10, 10, 0, 0]" + how + " }"
+    path = tmp_path / "pulse.toml"
+    path.write_text(PULSE.replace('"1000*exp(-((t - 5.0037)/0.01)**2)"', table))
+    torque = read_system(load_pipeline(path), path, None, Reporter(quiet=True)).joints[0].elements[0].drive
+    assert max(torque(t)[0] for t in np.linspace(0, 10, 20001)) == pytest.approx(most, rel=1e-3)
