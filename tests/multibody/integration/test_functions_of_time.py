@@ -236,3 +236,14 @@ def test_random_functions_of_time_against_quadrature():
             if max(map(abs, errors)) > 2e-4:
                 wrong.append((seed, k, method, given[k], *errors))
     assert not wrong, f"{len(wrong)} of {2 * count}: {wrong[:3]}"
+
+
+def test_inverse_dynamics_does_not_step_over_a_step():
+    """A free hub on one that turns by 0.2 rad within some milliseconds keeps its speed in space."""
+    joints = (
+        mp.Joint(name="a", type="revolute", parent="ground", child="hub0"),
+        mp.Joint(name="b", type="revolute", parent="hub0.root", child="hub1", rate=1.0),
+    )
+    system = mp.System(bodies={"hub0": HUB, "hub1": HUB}, joints=joints)
+    found = mp.multibody.inverse_dynamics(system, {"a": "0.1*tanh((t - 5.0037)/0.001)"}, np.linspace(0, T_END, 11))
+    assert found.y[-1, 1] == pytest.approx(T_END - 0.2, rel=1e-7)  # 100 times rtol
