@@ -141,7 +141,7 @@ def advance(eq, run, watch, method, stop, most):
         if status == GOOD and not error < np.inf:
             status = NOT_FINITE
         if status == GOOD and passed:
-            status = _hold(eq, run, method, h, end, end == stop)
+            status = _hold(eq, run, method, h, end, end == goal)
             if status == GOOD and method == EXPLICIT and _is_interpolated(run, watch, end):
                 status = explicit_rows(eq, run, t, h)
         if status == FAILED_CALLBACK:
