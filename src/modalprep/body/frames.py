@@ -24,8 +24,8 @@ from modalprep.body.flexible_body import AXES, ORIGIN, FlexibleBody
 from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.body.recovery_matrices import recovery_in_frame
 from modalprep.errors import InputError
-from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
+from modalprep.linalg.unique import unique_signs
 from modalprep.suggest import refuse_other, suggestion
 from modalprep.vectors import skew
 

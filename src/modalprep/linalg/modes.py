@@ -17,15 +17,16 @@ from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.pardiso import PardisoFactor, equilibrium
 from modalprep.linalg.slices import sliced_modes
 from modalprep.linalg.sparse import times
+from modalprep.linalg.unique import made_unique
 
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
-RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
+RESIDUAL = 1e-9  # of w^2 |M phi|: what Lanczos reaches wherever round-off lets it
+ROUND_OFF = 10 * np.finfo(float).eps  # of |K| |phi|: what may be left of the equation besides
+POOR = 100.0  # times these two: what sweeps could not mend means trouble
 ORTHOGONALITY = 1e-8
 PROBES, SURE = 32, 3.0  # random combinations of modes; of an error they show a third at least
 SWEEPS = 3
 NEAR = 1e-6  # of w^2: closer modes count as repeated
-REPEATED = 1e-9  # of w^2: modes of one root, split by round-off
-TIE = 1e-6  # of the largest entry
 COLUMNS = 32  # modes that are checked at a time by one of `THREADS`: 128 take half as long again
 THREADS = 2
 WIDE = 1e-6  # 1/w^2 over that of the lowest mode: below it round-off matters
@@ -106,7 +107,7 @@ def lowest_modes(
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
     if phi.base is not None and phi.base.size > phi.size:  # a part of a basis
         phi = phi.copy(order="K")
-    return Modes(w2, _made_unique(w2, phi), counted)
+    return Modes(w2, made_unique(w2, phi, K), counted)
 
 
 def count_below(
@@ -160,11 +161,11 @@ def _by_slices(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float)
 
 
 def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, factor: Factor | None = None) -> tuple:
-    """Return modes that satisfy the equation, or raise AccuracyError.
+    """Return modes that satisfy the equation to round-off where the factor allows it, or raise AccuracyError.
 
-    Rigid motions and stiff parts cost Lanczos digits: subspace iteration on the factor returns them. Taking off
-    ``(K - s M)^-1 (K - w^2 M) phi`` is in exact arithmetic the same as ``(K - s M)^-1 M phi``, but round-off of the
-    solution is then that of the residual.
+    Rigid motions, stiff parts and factors of few digits cost Lanczos digits: subspace iteration on the factor returns
+    them. Taking off ``(K - s M)^-1 (K - w^2 M) phi`` is in exact arithmetic the same as ``(K - s M)^-1 M phi``, but
+    round-off of the solution is then that of the residual.
     """
     for sweep in range(SWEEPS + 1):
         ratio, mode, gram = _worst(K, M, w2, phi)
@@ -173,6 +174,8 @@ def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, facto
         if factor is None or sweep == SWEEPS:
             break
         w2, phi = _ritz(K, M, phi - factor.solve(times(K, phi) - times(M, phi) * w2))
+    if ratio <= POOR and gram <= ORTHOGONALITY:
+        return w2, phi
     raise AccuracyError(
         f"mode {mode + 1} of {len(w2)} is not accurate (residual {ratio:.1e} times what is allowed, "
         f"orthogonality {gram:.1e}); check the mesh for very thin or stiff parts"
@@ -211,57 +214,6 @@ def _ritz(K: csr_array, M: csr_array, X: np.ndarray) -> tuple[np.ndarray, np.nda
     X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
     w2, Y = eigh(X.T @ (K @ X), X.T @ (M @ X))
     return w2, X @ Y
-
-
-def unique_modes(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """Return modes ``(n_dof, n)`` that do not depend on how they were found.
-
-    Within a repeated root (`REPEATED`) any rotation of the vectors is as good: the first is the one that moves most
-    in the DOF in which the whole group moves most, the second likewise among what is orthogonal to it, and so on.
-    Signs follow `unique_signs`.
-
-    Examples
-    --------
-    >>> modes = unique_modes(np.array([1.0, 1.0]), np.array([[0.6, 0.8], [0.8, -0.6]]))
-    >>> bool(np.allclose(modes, np.eye(2)))
-    True
-    """
-    return _made_unique(w2, phi.copy(order="K"))
-
-
-def _made_unique(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    groups = np.split(np.arange(len(w2)), np.flatnonzero(np.diff(w2) > REPEATED * np.abs(w2[1:])) + 1)
-    for group in (g for g in groups if len(g) > 1):
-        for k in range(len(group) - 1):
-            rest = group[k:]
-            size = np.linalg.norm(phi[:, rest], axis=1)
-            row = phi[np.argmax(size >= (1 - TIE) * size.max()), rest]
-            phi[:, rest] = phi[:, rest] @ _turned_to(row)
-    phi *= unique_signs(phi)
-    return phi
-
-
-def _turned_to(row: np.ndarray) -> np.ndarray:
-    """Orthogonal matrix whose first column is along `row` (Householder)."""
-    v = row / np.linalg.norm(row)
-    v[0] += np.copysign(1.0, v[0])
-    return np.outer(v, v) * (2 / (v @ v)) - np.eye(len(row))
-
-
-def unique_signs(phi: np.ndarray) -> np.ndarray:
-    """Return the signs (n,) that make the first entry within 1e-6 of each column's largest positive.
-
-    Examples
-    --------
-    >>> unique_signs(np.array([[1.0, 1.0], [-2.0, 0.5]]))
-    array([-1.,  1.])
-    """
-    signs = np.ones(phi.shape[1])
-    for k, column in enumerate(phi.T):  # one at a time needs no memory of the size of phi
-        size = np.abs(column)
-        if column[np.argmax(size >= (1 - TIE) * size.max())] < 0:
-            signs[k] = -1.0
-    return signs
 
 
 def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple[float, int, float]:
@@ -303,5 +255,5 @@ def _ratios(K: csr_array, M: csr_array, scale: np.ndarray, w2: np.ndarray, phi: 
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0)
     if not np.all(residual < allowed):
         size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
-        allowed += 1e3 * np.finfo(float).eps * np.linalg.norm(scale * (size @ np.abs(phi)), axis=0)
+        allowed += ROUND_OFF * np.linalg.norm(scale * (size @ np.abs(phi)), axis=0)
     return residual / allowed

@@ -21,6 +21,7 @@ from scipy.sparse import csr_array
 from modalprep.linalg.memory import available_memory
 
 SYMMETRIC_INDEFINITE = -2
+REPRODUCIBLE = "AUTO"  # oneMKL's conditional numerical reproducibility: else its sums depend on where arrays lie
 WAITING = "5"  # ms that idle threads of the library keep a core; its 200 keep loops of other threads waiting
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 GIVEN, WANTED = 1, 2  # of the order of elimination
@@ -172,6 +173,7 @@ def library() -> CDLL | None:
     """Return oneMKL's library where pypardiso and its wheel are installed, else None."""
     _remove_empty_registration()
     os.environ.setdefault("KMP_BLOCKTIME", WAITING)
+    os.environ.setdefault("MKL_CBWR", REPRODUCIBLE)
     if path := _listed():
         os.environ.setdefault("PYPARDISO_MKL_RT", path)
     try:

@@ -9,9 +9,9 @@ import numpy as np
 
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import eigh, inner, product
-from modalprep.linalg.modes import unique_modes
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.sparse import times
+from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
@@ -103,7 +103,7 @@ def reduced(
     w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid, products)
     loads = clamped.unit_loads.copy()
     loads[:, 12:18] = 0.0  # the root is clamped
-    modes = unique_modes(w2, span)
+    modes = unique_modes(w2, span, clamped.K)
     if spans is not None:
         inside = {name: inner(modes, times(clamped.M, getattr(spans, name))) for name in ("modes", "others", "answers")}
         spans = spans._replace(**inside)

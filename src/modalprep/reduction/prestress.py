@@ -13,7 +13,8 @@ from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import one_numpy_thread
 from modalprep.linalg.factor import Factor, factorise
-from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
+from modalprep.linalg.modes import DENSE, lowest_modes
+from modalprep.linalg.unique import unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.suggest import refuse_other, refuse_unknown

@@ -10,8 +10,8 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
+from modalprep.linalg.unique import unique_signs
 from modalprep.records import Record
 from modalprep.reduction.dropped import projected_recovery
 from modalprep.reduction.table import PROJECTED, ModeTable

@@ -11,8 +11,8 @@ from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
+from modalprep.linalg.unique import unique_signs
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
 from modalprep.reduction.table import DIRECTIONS

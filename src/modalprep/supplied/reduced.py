@@ -14,8 +14,8 @@ from modalprep.body.mass import rigid_mass_matrix
 from modalprep.errors import InputError
 from modalprep.fe.external.mass import linear_vectors
 from modalprep.fe.external.model import unit_factors
-from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
+from modalprep.linalg.unique import unique_signs
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, ModeTable
 from modalprep.supplied.boundary import BoundaryRows, boundary_rows, interface_nodes
 from modalprep.supplied.integrals import Affine, Rigid, moments
