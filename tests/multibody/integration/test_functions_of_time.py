@@ -93,6 +93,12 @@ def test_prescribed_motions_and_rods_are_followed():
     assert run.stats["steps"] > 20  # and the pulse has been seen
 
 
+def test_ensembles_find_pulses_and_tell_what_they_may_miss():
+    found = mp.simulate_many(turning(SHORT), {"j0.rate": [1.0, 2.0]}, t_end=T_END, channels=["j0.rate"])
+    np.testing.assert_allclose(found["j0.rate"][:, -1], np.array([1.0, 2.0]) + GAINED, rtol=1e-4)  # 10 times rtol
+    assert all("shorter than 0.001 s may be missed in 'j0'" in message for message in found.message)
+
+
 def test_smooth_functions_cost_nothing_and_are_not_told():
     """Constants, lines and products of slow sines ask for no step of their own, or less than accuracy does."""
     for drive in (0.0, 3.0, "2 + 3*t"):
