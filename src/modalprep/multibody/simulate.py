@@ -70,7 +70,7 @@ def simulate(
         frequency. "auto" monitors the evaluations of each method per simulated second and switches to the cheapest;
         `Result.message` says which and why. Python callbacks are called in these trials too.
     step : float or None
-        A fixed step (s) instead of error control.
+        A fixed step (s) instead of error control; shorter where functions of time ask for it.
     rho_inf : float
         Spectral radius of generalised-alpha at infinite frequency, 0 to 1.
     max_step : float or None

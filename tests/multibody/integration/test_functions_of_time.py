@@ -99,6 +99,22 @@ def test_ensembles_find_pulses_and_tell_what_they_may_miss():
     assert all("shorter than 0.001 s may be missed in 'j0'" in message for message in found.message)
 
 
+def test_deployments_find_pulses():
+    """A reel that brakes a boom for some milliseconds, against steps of a millisecond."""
+    boom = mp.multibody.Deployment(
+        name="boom", parent="ground", length=2.0, segments=4, mass_per_length=1.0, EI=100.0, initial_length=0.6,
+        tension="0.1 - 50*exp(-((t - 1.0037)/0.003)**2)",
+    )  # fmt: skip
+    system = mp.multibody.DeployingSystem(bodies={}, joints=(), deployments=(boom,))
+    found, fine = (
+        mp.multibody.simulate_deployment(system, t_end=1.5, method="explicit", **options)
+        for options in ({}, {"max_step": 1e-3})
+    )
+    assert found["boom.speed"][-1] == pytest.approx(fine["boom.speed"][-1], rel=1e-6)  # 10 times rtol
+    assert fine["boom.speed"][-1] > 0.1  # it has been pushed out
+    assert "may be missed in 'boom'" in found.notes[0]
+
+
 def test_smooth_functions_cost_nothing_and_are_not_told():
     """Constants, lines and products of slow sines ask for no step of their own, or less than accuracy does."""
     for drive in (0.0, 3.0, "2 + 3*t"):
