@@ -59,6 +59,7 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
         table.type, (TRANSLATIONS.get(table.type, 0), ROTATIONS.get(table.type, 0))
     )
     drives = _list("force", table.force, translations) + _list("torque", table.torque, rotations)
+    names = ["force"] * translations + ["torque"] * rotations
     keys = ("stiffness", "free_position", "damping", "friction", "limits")
     if not any(getattr(table, key) for key in keys) and drives == [None] * len(drives):
         return ()
@@ -68,11 +69,11 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
             stiffness=stiffness or 0.0,
             free_position=free_position or 0.0,
             damping=damping or 0.0,
-            drive=time_function("drive", drive, folder),
+            drive=time_function(key, drive, folder),
             **_friction(friction),
             **_limits(limits),
         )
-        for stiffness, free_position, damping, friction, limits, drive in zip(*columns, drives, strict=True)
+        for stiffness, free_position, damping, friction, limits, drive, key in zip(*columns, drives, names, strict=True)
     )
 
 
