@@ -58,7 +58,8 @@ class EquationsOfMotion:
 
     For control loops, integrators of other libraries and whatever else calls it from Python: `update` takes a tenth of
     a microsecond beside the evaluation itself. Write to `y`, `tau` and `time`, call `update`, read `ydot`; or call the
-    object as a function of time and state.
+    object as a function of time and state. An integrator of another library knows nothing of the functions of time: let
+    it end steps where they jump, and give it a longest step, or it steps over short pulses.
 
     Parameters
     ----------
