@@ -12,6 +12,7 @@ from structured import random_rotation
 import modalprep as mp
 from modalprep.body.checks import rigid_mass_matrix
 from modalprep.errors import InputError
+from modalprep.examples import uniform_beam
 from modalprep.reduction.projected import body_matrices
 from modalprep.reduction.synthesis import synthesise
 from modalprep.vectors import skew
@@ -294,3 +295,13 @@ PAIR = {"left": ROD, "right": ROD}
 def test_bad_input_is_one_message(arguments, message):
     with pytest.raises(InputError, match=message):
         synthesise(**({"bodies": PAIR} | arguments))
+
+
+def test_modes_of_a_repeated_root_do_not_depend_on_round_off():
+    """Two equal bodies that nothing joins have each frequency twice: the first mode is that of the first."""
+    body = uniform_beam(modes=6)
+    system = synthesise({"a": body, "b": body}, [], ground=["a.root", "b.root"])
+    np.testing.assert_allclose(system.frequency[::2], system.frequency[1::2], rtol=1e-8)
+    a, b = (np.abs(system.coordinates[name]).max(axis=0) for name in ("a", "b"))
+    assert np.all(b[::2] < 1e-7 * a[::2])
+    assert np.all(a[1::2] < 1e-7 * b[1::2])

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.linalg.ritz import ritz
-from modalprep.linalg.unique import unique_signs
+from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.dropped import projected_recovery
 from modalprep.reduction.table import PROJECTED, ModeTable
@@ -288,7 +288,7 @@ def _diagonal(Q: np.ndarray, R: np.ndarray, K: csr_array, M: csr_array) -> tuple
     if np.any(np.einsum("ij,ij->j", W, K @ W) <= STRAIN * (terms + 10 * w2.max(initial=0.0))):
         raise InputError("the shapes hold motions of the component without strain; give all of those as 'rigid'")
     w2, X = ritz(W, K, M, R)
-    return w2, X * unique_signs(X)
+    return w2, unique_modes(w2, X, K)
 
 
 def _table(body: ModalBody, projected: ProjectedBasis) -> ModeTable:

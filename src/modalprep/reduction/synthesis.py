@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.linalg.ritz import ritz
-from modalprep.linalg.unique import unique_signs
+from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
 from modalprep.reduction.table import DIRECTIONS
@@ -164,7 +164,7 @@ def synthesise(
     rigid, W = _admissible(G, K, scale)
     M = csr_array(block_diag(*M))
     w2, X = ritz(W, csr_array(np.diag(K)), M, _orthonormal(rigid / scale[:, None], M))
-    return _system(bodies, places, w2[:modes], X[:, :modes], redundant)
+    return _system(bodies, places, w2[:modes], unique_modes(w2, X, np.diag(K))[:, :modes], redundant)
 
 
 def _pair(spec: str | tuple) -> tuple:
@@ -295,7 +295,6 @@ def _orthonormal(R: np.ndarray, M: csr_array) -> np.ndarray:
 def _system(
     bodies: dict[str, ModalBody], places: dict, w2: np.ndarray, X: np.ndarray, redundant: tuple
 ) -> SynthesisedModes:
-    X = X * unique_signs(X)
     ends = np.cumsum([6 + body.n for body in bodies.values()])
     return SynthesisedModes(
         bodies=dict(bodies),

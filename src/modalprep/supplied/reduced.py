@@ -15,7 +15,7 @@ from modalprep.errors import InputError
 from modalprep.fe.external.mass import linear_vectors
 from modalprep.fe.external.model import unit_factors
 from modalprep.linalg.ritz import ritz
-from modalprep.linalg.unique import unique_signs
+from modalprep.linalg.unique import unique_modes
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, ModeTable
 from modalprep.supplied.boundary import BoundaryRows, boundary_rows, interface_nodes
 from modalprep.supplied.integrals import Affine, Rigid, moments
@@ -184,8 +184,7 @@ def _modes(K: np.ndarray, M: np.ndarray, G: np.ndarray, ends: BoundaryRows) -> t
     heavy = mass > MASSLESS * np.einsum("in,ij,jn->n", moved, np.abs(m.toarray()), moved, optimize=True)
     still = still @ (V[:, heavy] / np.sqrt(mass[heavy]))
     w2, X = ritz(_strained(k), csr_array(k), m, still)
-    Phi = N @ X
-    return w2, Phi * unique_signs(Phi)
+    return w2, unique_modes(w2, N @ X, K)
 
 
 def _strained(k: np.ndarray) -> np.ndarray:
