@@ -33,7 +33,7 @@ class Collected:
             raise InputError(
                 f"simulate_many: {numbers:.1e} numbers do not fit into memory; name fewer channels or raise output_step"
             ) from None
-        self._end, self._energy_error = np.full((2, count), np.nan)
+        self._end, self._energy_error, self._momentum_error = np.full((3, count), np.nan)
         self._events = {event.name: np.full(count, np.nan) for event in task.options.get("events", ())}
 
     @property
@@ -50,7 +50,8 @@ class Collected:
         """Write the outcome of a case."""
         case = ended.case
         self.status[case], self.message[case] = ended.status, ended.message
-        self._end[case], self._energy_error[case], self.audit[case] = ended.end, ended.energy_error, ended.audit
+        self._end[case], self.audit[case] = ended.end, ended.audit
+        self._energy_error[case], self._momentum_error[case] = ended.energy_error, ended.momentum_error
         for found, given in ((self._events, ended.events), (self._channels, ended.channels)):
             for name, values in given.items():
                 found[name][case] = values
@@ -62,13 +63,14 @@ class Collected:
                 tables = ({name: values[case] for name, values in table.items()}
                           for table in (before.events, before.channels))  # fmt: skip
                 self.take(Ended(case, before.status[case], before.message[case], 0.0, before.end[case],
-                                before.energy_error[case], before.audit[case], *tables))  # fmt: skip
+                                before.energy_error[case], before.momentum_error[case], before.audit[case],
+                                *tables))  # fmt: skip
 
     def record(self) -> Ensemble:
         """Return the ensemble as it is now."""
         return Ensemble(
             cases=self._task.cases, time=self._task.times, channels=self._channels, status=tuple(self.status),
             message=tuple(self.message), audit=tuple(self.audit), end=self._end.copy(),
-            energy_error=self._energy_error.copy(),
+            energy_error=self._energy_error.copy(), momentum_error=self._momentum_error.copy(),
             events={name: values.copy() for name, values in self._events.items()},
         )  # fmt: skip

@@ -65,7 +65,7 @@ def write_ensemble(
     with writing(path) as file:
         file.attrs.update(format=FORMAT, format_version=1, units="SI")
         file.attrs.update({f"{IDENTITY}{name}": value for name, value in (identity or {}).items()})
-        for name in ("time", "end", "energy_error"):
+        for name in ("time", "end", "energy_error", "momentum_error"):
             file[name] = getattr(ensemble, name)
         for name in ("status", "message", "audit"):
             file[name] = np.array(getattr(ensemble, name), dtype=object)
@@ -108,6 +108,7 @@ def _read(path: Path, identity: Mapping[str, str]) -> Ensemble:
         tables = {table: {name: data[()] for name, data in file[table].items()} for table in TABLES}
         texts = {name: tuple(file[name].asstr()[()].tolist()) for name in ("status", "message", "audit")}
         numbers = {name: file[name][()] for name in ("time", "end", "energy_error")}
+        numbers |= {"momentum_error": file["momentum_error"][()]} if "momentum_error" in file else {}
         found = Ensemble(**tables, **texts, **numbers)
         _check(found)
     return found
@@ -115,7 +116,8 @@ def _read(path: Path, identity: Mapping[str, str]) -> Ensemble:
 
 def _check(found: Ensemble) -> None:
     count, times = len(found), len(found.time)
-    rows = [found.end, found.energy_error, found.message, found.audit, *found.cases.values(), *found.events.values()]
+    rows = [found.end, found.energy_error, found.momentum_error, found.message, found.audit]
+    rows += [*found.cases.values(), *found.events.values()]
     shapes = [values.shape[:2] for values in found.channels.values()]
     if any(len(values) != count for values in rows) or any(shape != (count, times) for shape in shapes):
         raise InputError(f"its tables do not have {count} cases and {times} times")

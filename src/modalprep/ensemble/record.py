@@ -45,8 +45,10 @@ class Ensemble(Record):
         s, where the run ended: the last time, or that of a terminal event or a divergence.
     energy_error : (n,) float
         Error of the energy balance relative to the largest energy.
+    momentum_error : (n,) float
+        Error of the momenta of what nothing holds or loads, see `Result.stats`; NaN, the default, where all is held.
     audit : tuple of str
-        Why the energy balance of a case is not trusted, "" where it is; none is "" for all.
+        Why energy or momenta of a case are not trusted, "" where they are; none is "" for all.
     events : dict of (n,) float
         s, first time of each event; NaN where it did not occur.
 
@@ -66,11 +68,14 @@ class Ensemble(Record):
     message: tuple[str, ...]
     end: np.ndarray
     energy_error: np.ndarray
+    momentum_error: np.ndarray = field(default_factory=lambda: np.zeros(0))
     audit: tuple[str, ...] = ()
     events: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Give every case an entry of the audit."""
+        """Give every case an entry of the audits."""
+        if not len(self.momentum_error):
+            object.__setattr__(self, "momentum_error", np.full(len(self.status), np.nan))
         object.__setattr__(self, "audit", self.audit or ("",) * len(self.status))
         super().__post_init__()
 

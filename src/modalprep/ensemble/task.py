@@ -17,6 +17,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
 
+ERRORS = "energy_error", "momentum_error"  # of the audits of a run
 Block = tuple[int, ...]  # numbers of cases that a worker runs at once
 
 
@@ -33,6 +34,7 @@ class Ended(NamedTuple):
     seconds: float
     end: float = np.nan
     energy_error: float = np.nan
+    momentum_error: float = np.nan
     audit: str = ""
     events: Mapping[str, float] = {}
     channels: Mapping[str, np.ndarray] = {}
@@ -98,10 +100,10 @@ class CaseTask:
             return self._failed(case, " ".join(str(error).split()), begin)
         except Exception as error:  # a fault of the program or of a user's function fails this case only
             return self._failed(case, f"{type(error).__name__}: {' '.join(str(error).split())}", begin)
-        spent, worst = time.perf_counter() - begin, run.stats["energy_error"]
+        spent, errors = time.perf_counter() - begin, (run.stats.get(name, np.nan) for name in ERRORS)
         audit = "; ".join(failures(run, self.options["rtol"], self._mass)) if run.status == DONE else ""
         message = "; ".join((run.message, *run.notes))
-        return Ended(case, run.status, message, spent, float(run.time[-1]), worst, audit, events, histories)
+        return Ended(case, run.status, message, spent, float(run.time[-1]), *errors, audit, events, histories)
 
     def _failed(self, case: int, message: str, begin: float) -> Ended:
         return Ended(case, FAILED, message, time.perf_counter() - begin)

@@ -24,6 +24,7 @@ from modalprep.multibody.kernels.articulated_body import forward, inward
 from modalprep.multibody.kernels.closed_loops.factor import factorize_and_solve
 from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.free_parts import part_of_links
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.channels import Channels
 from modalprep.multibody.results.observation import observe
@@ -89,7 +90,7 @@ def _needed(system: System) -> Iterator[tuple[Callable, tuple]]:
     loading = Loading(system, packed, 1.0)
     eq = evaluate.build_equations(packed, loading, packed.data())
     y = np.append(start_state(packed), 0.0)
-    run = new_run(y, len(packed.links), 1e-5, 1e-10, 0.9, 0.0, 1.0, 1.0)
+    run = new_run(y, part_of_links(system, packed), 0, 1e-5, 1e-10, 0.9, 0.0, 1.0, 1.0)
     model, data, tau = eq.model, eq.data, eq.tau
     if loading.loops:
         yield factorize_and_solve, (eq.work,)

@@ -20,11 +20,12 @@ from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.channels import Channels
+from modalprep.multibody.results.momenta import unaudited
 from modalprep.multibody.results.record import Recorder, histories
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.time_notes import time_notes
-from modalprep.multibody.results.validity import large_deflections, wound_springs
+from modalprep.multibody.results.validity import large_deflections
 from modalprep.suggest import refuse_other
 
 MAX_OUTPUTS = 1e7
@@ -88,8 +89,9 @@ def simulate(
     Returns
     -------
     Result
-        ``status = "diverged"`` when a deflection exceeded 100 body sizes; the histories end there. ``notes`` name the
-        bodies that deflect by more than a tenth of their size, and functions of time that may hold shorter events.
+        ``status = "diverged"`` when a deflection exceeded 100 body sizes, or a bushing or rotational spring passes half
+        a turn; the histories end there. ``notes`` name the bodies that deflect by more than a tenth of their size, or
+        turn within themselves by more than 0.3 rad, and functions of time that may hold shorter events.
 
     Raises
     ------
@@ -133,12 +135,12 @@ def simulate(
         recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
         outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
-    message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
+    said = [*(loops.notes if loops else ()), *integration.changes.notes(), *system.notes, *unaudited(system)]
+    message = "; ".join([outcome.message, *said])
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
     notes = (
         *large_deflections(system.bodies, result.time, modal),
-        *wound_springs(system.loads, result),
         *integration.notes(),
         *time_notes(system, t_end, shortest_event),
     )
@@ -180,7 +182,8 @@ def channel_names(system: System, t_end: float) -> Result:
     packed = pack(system)
     channels = Channels(system, packed, Loading(system, packed, t_end).loops)
     found = histories(system, channels.index, np.empty((0, channels.width)), np.empty(0))
-    return Result(time=np.empty(0), channels=found | {"energy.error": np.empty(0)}, status="start", message="")
+    audit = ["energy.error", *["momentum.error"] * len(channels.columns.sums)]
+    return Result(time=np.empty(0), channels=found | dict.fromkeys(audit, np.empty(0)), status="start", message="")
 
 
 def channels_at(system: System, y: np.ndarray, t: float = 0.0) -> Result:

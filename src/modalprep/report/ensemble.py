@@ -152,6 +152,8 @@ def write_cases(ensemble: Ensemble, path: str | Path) -> Path:
     outcomes = ensemble.outcomes()
     head = ["case", *ensemble.cases, "status", "message", "end", "energy_error"]
     columns = [*ensemble.cases.values(), ensemble.status, _causes(ensemble), ensemble.end, ensemble.energy_error]
+    if np.isfinite(ensemble.momentum_error).any():
+        head, columns = [*head, "momentum_error"], [*columns, ensemble.momentum_error]
     rows = zip(range(len(ensemble)), *columns, *outcomes.values(), strict=True)
     return write_table([*head, *(f"{name} {kind}" for name, kind in outcomes)], rows, path)
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.multibody.elements.rotational_spring import twist
+from modalprep.multibody.results.validity import failures
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.force_elements import CharacteristicTable
 from modalprep.pipeline.systems.systems import simulate_pipeline
@@ -93,10 +94,24 @@ def test_between_free_bodies_momentum_and_energy_stay():
     assert run.stats["energy_error"] < 1e-7  # of a law whose slope jumps, at rtol 1e-10
 
 
-def test_a_spring_wound_by_half_a_turn_is_announced():
-    run = mp.simulate(on_axle(spring(stiffness=0.1), rate=4.0), t_end=1.0)
-    (note,) = run.notes
-    assert note.startswith("rotational spring 's' passes half a turn at t = 0.8")
+@pytest.mark.parametrize("method", ["explicit", "rosenbrock", "generalised_alpha"])
+def test_a_spring_wound_by_half_a_turn_ends_the_run(method):
+    """The time by the closed form: with inertia J the angle is ``rate / w sin(w t)``, ``w^2 = k / J``."""
+    run = mp.simulate(on_axle(spring(stiffness=0.1), rate=4.0), t_end=1.0, output_step=1e-3, method=method)
+    free = mp.simulate(on_axle(spring(damping=1e-9), rate=4.0), t_end=1.0)  # without stiffness nothing jumps
+    assert (run.status, free.status) == ("diverged", "done")
+    assert run.message.startswith("ended at t = 0.8")
+    assert "rotational spring 's' passes half a turn" in run.message
+    assert np.pi - 5e-3 < run["s.angle"][-1] < np.pi  # 4 rad/s, outputs every ms
+    assert "passes half a turn" in failures(run, 1e-5, 1.0)[0]
+
+
+def test_a_spring_whose_torque_does_not_jump_turns_on():
+    """A detent: the same torque, none, at half a turn forwards and backwards."""
+    law = (np.linspace(-np.pi, np.pi, 41), 0.1 * np.sin(np.linspace(-np.pi, np.pi, 41)))
+    law[1][[0, -1]] = 0.0
+    run = mp.simulate(on_axle(spring(characteristic=law), rate=4.0), t_end=3.0)
+    assert run.status == "done"
 
 
 @pytest.mark.parametrize("seed", range(6))

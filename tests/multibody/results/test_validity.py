@@ -94,6 +94,35 @@ def test_the_largest_node_counts_not_the_interfaces():
     assert large_deflections(bodies, np.array([0.0, 0.5, 1.0]), {"one": q * 0.49, "two": np.zeros((3, 0))}) == ()
 
 
+@pytest.mark.parametrize(("twist", "off"), [(0.1, 0), (0.28, 0), (0.6, 5.5), (1.0, 15)])
+def test_a_body_that_twists_says_so(twist, off):
+    """A shaft of 1 m with an arm of 80 mm, twisted by a torque: the arm's end moves by the angle, not by its sine."""
+    points = np.vstack([np.linspace([0, 0, 0], [1.0, 0, 0], 5), [[1.0, 0.08, 0.0]]])
+    lines = np.column_stack([np.arange(5), np.arange(1, 6)])
+    groups = {"shaft": {"line": np.arange(4)}, "arm": {"line": np.array([4])}}
+    groups |= {name: {"vertex": np.array([k])} for k, name in enumerate(("r", "t", "a"))}
+    cells = {"line": lines, "vertex": np.array([[0], [4], [5]])}
+    steel = mp.Material(E=2.1e11, nu=0.3, rho=7800.0)
+    shaft = mp.Beam(material=steel, A=7e-5, Iy=4e-10, Iz=4e-10, J=8e-10)
+    arm = mp.Beam(material=mp.Material(E=2.1e13, nu=0.3, rho=10.0), A=7e-4, Iy=4e-8, Iz=4e-8, J=8e-8)
+    ends = {"root": mp.Interface(group="r", kind="node")}
+    ends |= {k: mp.Interface(group=k[0], kind="node", boundary="free") for k in ("tip", "arm")}
+    model = mp.assemble(mp.fe.Mesh(points=points, cells=cells, groups=groups), {"shaft": shaft, "arm": arm}, ends)
+    body = mp.flexible_body(model, mp.craig_bampton(model, modes=6, truncation=("interfaces",)), name="s")
+    weld = mp.Joint(name="w", type="weld", parent="ground", child="s")
+    push = mp.PointForce(name="F", at="s.tip", torque=(2.1e11 / 2.6 * 8e-10 * twist, 0, 0))
+    found = mp.static_equilibrium(mp.System(bodies={"s": body}, joints=(weld,), loads=(push,)))
+    moved = found["s.arm.position.z"] / (0.08 * np.sin(twist)) - 1
+    if not off:
+        assert (found.notes, moved < 0.02) == ((), True)
+        return
+    (note,) = found.notes
+    said = re.match(r"body 's' turns within itself by (\S+) rad at '\w+' at t = 0 s, .* about (\d+) % too far", note)
+    assert float(said[1]) == pytest.approx(twist, rel=0.04)  # at most: the torque keeps its axis
+    assert 100 * moved == pytest.approx(off, rel=0.15)
+    assert float(said[2]) == pytest.approx(off, rel=0.15)
+
+
 def test_notes_reach_terminal_json_and_file(folder, capsys):
     text = FILE.format(gravity=-9.81) + "[analysis]\nmodes = 2\n[simulation]\nt_end = 1.5\n"
     assert job(folder, text, "simulate") == 0

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
 from modalprep.multibody.kernels.algebra.matrices import (
@@ -17,6 +17,7 @@ from modalprep.multibody.kernels.algebra.matrices import (
     transposed_times,
 )
 from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
     add3,
     axpy3,
     cross,
@@ -106,8 +107,7 @@ def law(c, first, second):
     v = axpy3(v, -1.0, cross(transposed_times(Ra, wa), r))
     w = transposed_times(Ra, (wb[0] - wa[0], wb[1] - wa[1], wb[2] - wa[2]))
     d = axpy3(r, -1.0, get3(c.free_position))
-    turn = product((Ra[0], Ra[3], Ra[6], Ra[1], Ra[4], Ra[7], Ra[2], Ra[5], Ra[8]), Rb)
-    x, g = rotation_vector(product_transposed(turn, get9(c.free_rotation)))
+    x, g = _turned(c, Ra, Rb)
     spring = (-k[0] * d[0], -k[1] * d[1], -k[2] * d[2])
     damper = (-damping[0] * v[0], -damping[1] * v[1], -damping[2] * v[2])
     moment = (-k[3] * x[0], -k[4] * x[1], -k[5] * x[2])
@@ -120,6 +120,22 @@ def law(c, first, second):
     back = add3(moment, cross(r, f))
     back = (-back[0], -back[1], -back[2])
     return times(Ra, f), times(Ra, moment), times(Ra, back), power, stored
+
+
+@compile_kernel
+def turn(own, model, data):
+    """Rotation vector of a bushing from where it is free, and its spin, in axes of the first frame; after `world`."""
+    rotation = get9(own.rotation)
+    _, Ra, _, wa = motion(model, data, own.link_a, own.interface_a, ZERO3, rotation)
+    _, Rb, _, wb = motion(model, data, own.link_b, own.interface_b, ZERO3, rotation)
+    return _turned(own, Ra, Rb)[0], transposed_times(Ra, axpy3(wb, -1.0, wa))
+
+
+@compile_inline
+def _turned(c, Ra, Rb):
+    """Return `rotation_vector` of a bushing's frames."""
+    turn = product((Ra[0], Ra[3], Ra[6], Ra[1], Ra[4], Ra[7], Ra[2], Ra[5], Ra[8]), Rb)
+    return rotation_vector(product_transposed(turn, get9(c.free_rotation)))
 
 
 @compile_kernel

@@ -46,6 +46,7 @@ ROW = np.dtype([
     ("position", np.float64, 3),  # of a frame on the ground, of no effect
     ("spring", np.int64, 2),  # its first knot, and the first one after
     ("damper", np.int64, 2),
+    ("jumps", np.bool_),  # its torque, at half a turn
 ])  # fmt: skip
 TILTED = 1e-12  # squared cosine of half the tilt between the axes: with opposite axes there is no angle
 
@@ -68,8 +69,15 @@ def pack(packer: Packer, loads: Sequence[RotationalSpring]) -> Rotational:
             laws.append((first, first + len(knots[-1])))
             first += len(knots[-1])
         constants = (load.axis, load.free_angle, load.rotation.ravel(), np.zeros(3))
-        found.append((*packer.ends(load.between), *constants, *laws))
+        found.append((*packer.ends(load.between), *constants, *laws, _jumps(load)))
     return Rotational(rows(ROW, found), np.vstack(knots))
+
+
+def _jumps(load: RotationalSpring) -> bool:
+    """Whether the torque of a spring is another one at half a turn forwards than backwards."""
+    knots = load.knots("stiffness")
+    back, forth = (curve(knots, 0, len(knots), half - load.free_angle)[1] for half in (-np.pi, np.pi))
+    return back != forth
 
 
 def implicit(packed: Rotational) -> list[ImplicitRow]:
@@ -100,6 +108,16 @@ def observe(packed, environment, model, data, t, i):
     """Return the angle of spring i, and the torque that it has against it."""
     angle, torque, _, _, _ = _at(packed, packed.rows[i], model, data)
     return angle, torque
+
+
+@compile_kernel
+def angle(own, model, data):
+    """Angle of a spring about its axis (rad) and its rate, after `world`."""
+    turn = get9(own.rotation)
+    _, Ra, _, wa = motion(model, data, own.link_a, own.interface_a, ZERO3, turn)
+    _, Rb, _, wb = motion(model, data, own.link_b, own.interface_b, ZERO3, turn)
+    found, G = twist(Ra, Rb, get3(own.axis))
+    return found, dot3(G, axpy3(wb, -1.0, wa))
 
 
 @compile_kernel

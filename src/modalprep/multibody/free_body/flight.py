@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
 from modalprep.multibody.free_body.free_flyer import FreeBodyMotion, simulate_free_body
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
+from modalprep.multibody.results.momenta import Momenta, with_momenta
+from modalprep.multibody.results.observation import STILL
 from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.validity import large_deflections
@@ -67,7 +70,20 @@ def simulate_free_system(
     stats = {"method": "explicit", "steps": int(motion.steps), "energy_error": error}
     message = f"free flight in {variables} variables, explicit method of order 8"
     notes = large_deflections({name: body}, motion.time, {name: motion.q})
-    return Result(time=motion.time, channels=channels, status="done", message=message, stats=stats, notes=notes)
+    run = Result(time=motion.time, channels=channels, status="done", message=message, stats=stats, notes=notes)
+    return with_momenta(run, [_momenta(system, body, motion)], system.gravity)
+
+
+def _momenta(system: System, body: FlexibleBody, motion: FreeBodyMotion) -> Momenta:
+    """Return the momenta of the body, the angular one about where its mass centre flies to from the modes' rest."""
+    turn, t, m = quaternion_matrix(motion.quaternion[0]), motion.time[:, None], body.m
+    flown = motion.position[0] + turn @ body.s0 / m + t * motion.linear[0] / m + t**2 / 2 * system.gravity
+    angular = motion.angular - np.cross(flown, motion.linear)
+    p = np.linalg.norm(motion.linear, axis=1)
+    twice = np.maximum(2 * motion.energy["kinetic"] - p**2 / m, m * STILL**2)
+    polar = np.trace(body.E0) - body.s0 @ body.s0 / m
+    rows = np.column_stack([motion.linear, angular, p + np.sqrt(m * twice), np.sqrt(polar * twice)])
+    return Momenta(m, rows, np.zeros(6))
 
 
 def _only_joint(system: System, variables: str) -> Joint:

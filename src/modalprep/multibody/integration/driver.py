@@ -8,12 +8,15 @@ import numpy as np
 
 from modalprep.by_address import by_address
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.elements.half_turns import follow_turns, write_turns
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
 from modalprep.multibody.integration.limits import limited, next_end
+from modalprep.multibody.integration.momentum import keep_momenta, remember_momenta
 from modalprep.multibody.integration.rosenbrock import rosenbrock_step
 from modalprep.multibody.integration.stepping import (
+    HALF_TURN,
     NOT_FINITE,
     OPEN,
     hermite_rows,
@@ -35,7 +38,7 @@ ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
 MOST_GROWTH = (6.0, 100.0, 2.0)
 # in sizes of a body: deflections count by it at least, beside moving joints and where nothing else moves
 LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.27, 0.01), (0.01, 0.05, 0.01)
-RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
+RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND = range(8)
 SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
 # of a PI controller, over the order: Hairer and Wanner (1996), IV.2; little P where steps have to grow by decades
 PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
@@ -44,6 +47,7 @@ SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of th
 FIRST, BEFORE_OUTPUT = 1e-3, 0.1  # first step of the Rosenbrock method, of the time that is left and between outputs
 FIRST_CUT = 0.01  # the least that it is cut to
 UNKNOWN = 1e-6  # s, first step of what has no size
+NEAREST = 1e-7  # of the time: steps do not come nearer to where a spring of rotations passes half a turn
 TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
@@ -67,6 +71,8 @@ def begin(eq, run, method, t, stop):
     run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
     run.clock[0].slow_share, run.clock[0].share_step = 1.0, 0.0
     run.clock[0].least_deflection = _least_deflection(eq.model, method)
+    if len(run.kept) > 0:
+        remember_momenta(eq, run, t)
     copy(run.y, run.old)
     run.rows[:] = 0.0
     run.count[0].evaluations += 1
@@ -75,6 +81,7 @@ def begin(eq, run, method, t, stop):
     hold_rank(eq.work)
     if status != GOOD:
         return status
+    write_turns(eq.loads, eq.model, eq.data, run.turns[0])
     if run.clock[0].fixed_step > 0.0:
         run.clock[0].next_step = run.clock[0].fixed_step
         return GOOD
@@ -142,6 +149,14 @@ def advance(eq, run, watch, method, stop, most):
             status = NOT_FINITE
         if status == GOOD and passed:
             status = _hold(eq, run, method, h, end, end == goal)
+            if len(run.kept) > 0 and status == GOOD:
+                keep_momenta(eq, run, end)
+            if len(run.turns[0]) > 0 and status == GOOD:
+                wound = follow_turns(eq.loads, eq.model, eq.data, run.turns[0], run.turns[1], h)
+                if wound >= 0 and h < NEAREST * stop:
+                    run.count[0].cause = wound
+                    return WOUND
+                status = HALF_TURN if wound >= 0 else GOOD
             if status == GOOD and method == EXPLICIT and _is_interpolated(run, watch, end):
                 status = explicit_rows(eq, run, t, h)
         if status == FAILED_CALLBACK:

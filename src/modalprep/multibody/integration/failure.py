@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from modalprep.errors import SimulationError
+from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
 from modalprep.multibody.model.loads import Callback
@@ -43,6 +44,15 @@ def diverged(run: Running) -> str:
     sizes = float(np.abs(run.steps.y[x]) @ run.watch.size[x])
     why = "" if run.system.bodies[name].has_geometric_stiffness else " without geometric stiffness"
     return f"diverged at t = {run.steps.clock[0].time:.4g} s: body {name!r} deflects by {sizes:.0f} times its size{why}"
+
+
+def wound(run: Running) -> str:
+    """Return the sentence of a run that ended because a spring of rotations is turned by half a turn."""
+    load = turning(run.system)[int(run.steps.count[0].cause)]
+    return (
+        f"ended at t = {run.steps.clock[0].time:.4g} s: {load.noun} {load.name!r} passes half a turn, where its torque "
+        "would jump: make it an element of a joint, whose angle counts the turns"
+    )
 
 
 def failure(run: Running, t: float) -> SimulationError:

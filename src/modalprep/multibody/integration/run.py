@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from modalprep.jit import bound
+from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import GOOD, build_equations
 from modalprep.multibody.evaluation.event_functions import Observer, event_functions, state_reader
 from modalprep.multibody.evaluation.impact import Impact
@@ -19,13 +20,14 @@ from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, 
 from modalprep.multibody.integration.endless import refuse_endless
 from modalprep.multibody.integration.event_actions import Changes
 from modalprep.multibody.integration.event_search import EventSearch
-from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
+from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise, wound
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.integration.watching import CHUNK, new_watch
 from modalprep.multibody.kernels.callbacks import Pointer
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.free_parts import part_of_links
 from modalprep.multibody.packing.packed import Packed
 
 NAMES = {
@@ -89,8 +91,11 @@ class Integration:
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
+        part = part_of_links(system, packed)
+        if len(loading.reels.reels):  # whose masses are not those of the model
+            part = np.full_like(part, -1)
         settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, loading.step_bounds()
-        self.steps = new_run(y, len(packed.links), *settings)
+        self.steps = new_run(y, part, len(turning(system)), *settings)
         sizes, scale = size.tolist(), self.steps.modal_size
         for i, own, _ in packed.flexible:
             reach = max(sizes[own])
@@ -278,13 +283,15 @@ class Integration:
 
     def _outcome(self, code: int, record: Record) -> Outcome:
         t = self._t
-        if code in (driver.STOPPED, driver.DIVERGED):
+        if code in (driver.STOPPED, driver.DIVERGED, driver.WOUND):
             self._sample_all(record)
         found = self.search.found if self.events else []
         times = {e.name: np.sort([s for k, s in found if k == i]) for i, e in enumerate(self.events)}
         status, message = "done", f"reached t = {t:g} s"
         if code == driver.DIVERGED:
             status, message = "diverged", diverged(self)
+        if code == driver.WOUND:
+            status, message = "diverged", wound(self)
         if code == driver.STOPPED:
             names = [e.name for e in self.events if e.terminal and t in times[e.name]]
             message = f"event {names[0]!r} ended the run at t = {t:.6g} s"

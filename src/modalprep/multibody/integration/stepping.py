@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.by_address import Pattern, by_address
 from modalprep.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
+from modalprep.multibody.kernels.free_parts import PART
 from modalprep.multibody.kernels.joints import normalise
 from modalprep.multibody.packing.step_bounds import StepBounds
 from modalprep.multibody.packing.tree import blank
@@ -44,7 +45,18 @@ COUNT = np.dtype([
     ("cause", np.int64),  # why the last step failed
 ])  # fmt: skip
 NONE = StepBounds(np.zeros((0, 2)), np.zeros(0))
-NOT_FINITE, NOT_CONVERGED, OPEN = -3, -4, -5  # beside the status of `evaluate`
+
+# Momenta of a part that nothing holds, and what was given back to it
+KEPT = np.dtype([
+    ("time", np.float64),  # s, of the following; NaN before
+    ("centre", np.float64, 3),  # m
+    ("linear", np.float64, 3),  # kg m/s
+    ("angular", np.float64, 3),  # kg m^2/s, about the mass centre
+    ("given_linear", np.float64, 3),  # in all, since the run began
+    ("given_angular", np.float64, 3),
+])  # fmt: skip
+
+NOT_FINITE, NOT_CONVERGED, OPEN, HALF_TURN = -3, -4, -5, -6  # beside the status of `evaluate`
 SIZE = np.dtype(
     [("angle", np.float64), ("spin", np.float64), ("travel", np.float64), ("speed", np.float64), ("work", np.float64)]
 )
@@ -68,15 +80,20 @@ class Run(NamedTuple):
     count: np.ndarray  # (1,) COUNT
     cells: np.ndarray  # (n, 2) begin of a stretch of time, s, and longest step there
     ends: np.ndarray  # (m,) times at which a step ends, s
+    part: np.ndarray  # (nl,) int, the part of each link whose momenta stay, -1 of all others
+    sums: np.ndarray  # (parts,) PART
+    kept: np.ndarray  # (parts,) KEPT
+    turns: np.ndarray  # (2, springs of rotations, 6) their turns at `y`, and scratch; none where none has stiffness
 
 
 def new_run(
-    y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float, output: float,
-    longest: float = np.inf, bounds: StepBounds = NONE,
+    y: np.ndarray, part: np.ndarray, turning: int, rtol: float, atol: float, rho: float, fixed: float, span: float,
+    output: float, longest: float = np.inf, bounds: StepBounds = NONE,
 ) -> Run:  # fmt: skip
-    """Return the state of a run that begins at y."""
-    run = _pattern(len(y), links).copy(cells=bounds.cells, ends=bounds.ends)
-    run.y[:] = y
+    """Return the state of a run that begins at y; `part (nl,)` as in `Run`, `turning` springs of rotations."""
+    run = _pattern(len(y), len(part), 1 + int(part.max(initial=-1)), turning)
+    run = run.copy(cells=bounds.cells, ends=bounds.ends)
+    run.y[:], run.part[:], run.kept["time"] = y, part, np.nan
     settings = {"fixed_step": fixed, "rtol": rtol, "atol": atol, "rho_inf": rho, "span": span, "output": output}
     settings["longest"] = longest
     for name, value in settings.items():
@@ -85,11 +102,12 @@ def new_run(
 
 
 @lru_cache(16)
-def _pattern(ny: int, links: int) -> Pattern[Run]:
+def _pattern(ny: int, links: int, parts: int, turning: int) -> Pattern[Run]:
     size, clock, count = (blank(dtype, 1) for dtype in (SIZE, CLOCK, COUNT))
     vectors = [np.zeros(ny) for _ in range(5)]
     rows = np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny)
-    return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count, *NONE), StepBounds._fields)
+    kept = np.full(links, -1), blank(PART, parts), blank(KEPT, parts), np.zeros((2, turning, 6))
+    return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count, *NONE, *kept), StepBounds._fields)
 
 
 @compile_once

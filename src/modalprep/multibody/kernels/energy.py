@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     times,
@@ -19,7 +19,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
 )
 from modalprep.multibody.kernels.interfaces import seen_spin
-from modalprep.multibody.kernels.modal import modal_sums
+from modalprep.multibody.kernels.modal import modal_energies, modal_momenta
 
 
 class Sums(NamedTuple):
@@ -32,17 +32,35 @@ class Sums(NamedTuple):
     angular: tuple[float, float, float]
 
 
+@compile_inline
+def body_momenta(model, data, link, v, w):
+    """Return the momenta of a link's body in its axes, the angular one about its origin: ``M V`` after `outward`.
+
+    Parameters
+    ----------
+    v, w : velocity of the origin and angular velocity of the link, in its axes
+
+    Returns
+    -------
+    linear, angular : in all
+    linear, angular : the share of the modes
+    """
+    own = data.links[link]
+    b = inertia_times(own.M, own.H, own.J, (v[0], v[1], v[2], w[0], w[1], w[2]))
+    linear, angular = modal_momenta(data.modal, model, link)
+    return add3(linear, (b[0], b[1], b[2])), add3(angular, (b[3], b[4], b[5])), linear, angular
+
+
 @compile_kernel
 def body_sums(model, data, link):
     """Return the `Sums` of a link's body: ``T = V' M V / 2`` with the mass matrix of `outward`."""
     own, w = data.links[link], seen_spin(data, link)
     base, p = get9(own.orientation), get3(own.position)
     v = transposed_times(base, get3(own.velocity))
-    b = inertia_times(own.M, own.H, own.J, (v[0], v[1], v[2], w[0], w[1], w[2]))
-    linear, angular, modal, strain = modal_sums(data.modal, model, link, v, w)
-    linear, angular = add3(linear, (b[0], b[1], b[2])), add3(angular, (b[3], b[4], b[5]))
+    linear, angular, of_modes, about_modes = body_momenta(model, data, link, v, w)
+    modal, strain = modal_energies(data.modal, model, link)
+    kinetic = 0.5 * (dot3(v, add3(linear, of_modes)) + dot3(w, add3(angular, about_modes)) + modal)
     first = times(base, (own.H[5], own.H[6], own.H[1]))
-    kinetic = 0.5 * (dot3(v, linear) + dot3(w, angular) + modal)
     linear, angular = times(base, linear), times(base, angular)
     gravity = -dot3(get3(model.gravity), axpy3(first, own.mass, p))
     return Sums(kinetic, strain, gravity, linear, add3(cross(p, linear), angular))

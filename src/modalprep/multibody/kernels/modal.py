@@ -21,7 +21,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     axpy3,
     axpy6,
     cross,
-    dot3,
     dot6,
     get6,
     get9,
@@ -279,22 +278,30 @@ def modal_forces(modal, model, data, i, f, out):
 
 
 @compile_inline
-def modal_sums(modal, model, link, v, w):
-    """Return what the modes of a link's body add to its momenta, and twice their kinetic and their strain energy.
+def modal_momenta(modal, model, link):
+    """Return what the modes of a link's body add to its momenta, the angular one about the link's origin."""
+    linear, angular = ZERO3, ZERO3
+    if modal is not None:
+        s = model.links[link].slot
+        if s >= 0:
+            for a in range(model.links[link].modes):
+                Z, qd = modal.Z[s, a], modal.qd[s, a]
+                linear, angular = axpy3(linear, qd, (Z[0], Z[1], Z[2])), axpy3(angular, qd, (Z[3], Z[4], Z[5]))
+    return linear, angular
 
-    v, w : velocity and angular velocity of the link, in its axes
-    """
-    linear, angular, kinetic, strain = ZERO3, ZERO3, 0.0, 0.0
+
+@compile_inline
+def modal_energies(modal, model, link):
+    """Return twice the kinetic energy of the modes of a link's body alone, and their strain energy."""
+    kinetic, strain = 0.0, 0.0
     if modal is not None:
         s, k, n = model.links[link].slot, model.links[link].kind, model.links[link].modes
         if s >= 0:
             for a in range(n):
                 Z, q, qd = modal.Z[s, a], modal.q[s, a], modal.qd[s, a]
-                S, C = (Z[0], Z[1], Z[2]), (Z[3], Z[4], Z[5])
-                linear, angular = axpy3(linear, qd, S), axpy3(angular, qd, C)
                 own = qd * Z[8 + a]
                 for b in range(a + 1, n):  # M_ff is symmetric, its upper half is there
                     own += 2.0 * modal.qd[s, b] * Z[8 + b]
-                kinetic += qd * (dot3(S, v) + dot3(C, w) + own)
+                kinetic += qd * own
                 strain += 0.5 * model.modal.diagonal[k, 0, a] * q * q
-    return linear, angular, kinetic, strain
+    return kinetic, strain

@@ -167,7 +167,9 @@ class AxialSpring(TwoEnded):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bushing(TwoEnded):
-    """Six springs and dampers between two frames, in the axes of the first; for relative rotations below 180 degrees.
+    """Six springs and dampers between two frames, in the axes of the first.
+
+    A run ends where the frames turn by half a turn against each other: the torques would jump there.
 
     Attributes
     ----------

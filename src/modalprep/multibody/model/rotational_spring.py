@@ -18,7 +18,8 @@ class RotationalSpring(TwoEnded):
     """A rotational spring and damper about an axis of the first of two interfaces.
 
     The angle is the part about `axis` of the rotation from the first interface to the second (its twist), between -pi
-    and pi: a spring that is wound further belongs to a joint (`HingeElement`). At pi the torque jumps. The torque is
+    and pi: a spring that is wound further belongs to a joint (`HingeElement`). A run ends at pi where the torque would
+    jump: a law with one torque at both ends goes on. The torque is
     the derivative of the stored energy by the rotation, also where the interfaces tilt against each other.
 
     Attributes

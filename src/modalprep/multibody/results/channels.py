@@ -16,10 +16,13 @@ from modalprep.multibody.kernels.data import (
     SPEEDS,
     SPHERICAL,
 )
+from modalprep.multibody.kernels.free_parts import PART
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.free_parts import count_parts, part_of_links
 from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import blank
 
 # the first columns: energies and momenta of the whole system
 KINETIC, STRAIN, GRAVITY, STORED, WORK, POWER_IN, LINEAR, ANGULAR, SUMS = 0, 1, 2, 3, 4, 5, 6, 9, 12
@@ -35,6 +38,7 @@ TOTALS = {
 }
 ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
 STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT, ACCELERATION = range(6)  # what a number is: arrays of one evaluation
+MOMENTA = 8  # of a part: linear and angular momentum, three numbers each, and how large they can be with its energy
 INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
 Index = dict[str, int | slice]  # columns by the channel's name
 
@@ -48,7 +52,10 @@ class Columns(NamedTuple):
     closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
     elements: np.ndarray  # (force elements, 4) int: kind, number, 0, first of two columns
     motions: np.ndarray  # (bodies with recovery by mode acceleration, 4) int: link, first column, 0, 0
+    momenta: np.ndarray  # (parts whose momenta stay, 4) int: 0, first column, 0, 0
+    part: np.ndarray  # (nl,) int, the part of each link, -1 of all others
     reactions: np.ndarray  # (nl, 6) work array
+    sums: np.ndarray  # (parts,) work array
 
 
 class Channels:
@@ -81,9 +88,11 @@ class Channels:
         self.columns = Columns(
             *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
                 self._joints(), self._wrenches(), self._bodies(), self._closures(loops) if loops else [],
-                self._elements(), self._motions(),
+                self._elements(), self._motions(), self._momenta(),
             )),
+            part_of_links(system, packed),
             np.zeros((len(packed.links), 6)),
+            blank(PART, count_parts(system, packed)),
         )  # fmt: skip
 
     def _number(self, name: str) -> int:
@@ -165,6 +174,12 @@ class Channels:
                 self._vector(f"{name}.modal_acceleration", body.n)
                 rows.append((self.packed.link_of(name), first, 0, 0))
         return rows
+
+    def _momenta(self) -> list[tuple]:
+        """Columns without names: `results.momenta` makes one channel of them."""
+        parts = range(count_parts(self.system, self.packed))
+        self.width += MOMENTA * len(parts)
+        return [(0, self.width - MOMENTA * (k + 1), 0, 0) for k in parts]
 
     def _closures(self, loops: Loops) -> list[tuple]:
         rows = []

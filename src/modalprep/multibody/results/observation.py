@@ -8,6 +8,7 @@ from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
+from modalprep.multibody.integration.momentum import restore_momenta
 from modalprep.multibody.kernels.algebra.matrices import (
     product_transposed,
     times,
@@ -18,6 +19,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     axpy3,
     copy,
+    dot3,
     get3,
     get6,
     get9,
@@ -29,6 +31,7 @@ from modalprep.multibody.kernels.closed_loops.multipliers import couplers_along
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, settle
 from modalprep.multibody.kernels.closed_loops.pushing import push_links
 from modalprep.multibody.kernels.energy import body_sums
+from modalprep.multibody.kernels.free_parts import sum_parts
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.modal_interfaces import deflection
@@ -50,15 +53,18 @@ from modalprep.multibody.results.channels import (
     WORK,
 )
 
+STILL = 1e-6  # m/s: a slower motion counts as none
+
 
 @compile_allocating
-def record(eq, columns, times, states, soft, rows):
+def record(eq, run, columns, times, states, soft, rows):
     """Write the channels at all times, ``rows (nt, width)``; returns whether no callback raised.
 
     Parameters
     ----------
     times, states : (nt,), (nt, nx + nu + 1)
-        States of an integration between its steps: they are brought back onto closed loops.
+        States of an integration between its steps: they are brought back onto closed loops, and to the momenta of
+        free parts.
     soft : float
         1 / K of the softest mode: the metric's modal rows are then ``1 + soft K``.
     """
@@ -71,6 +77,8 @@ def record(eq, columns, times, states, soft, rows):
             eq.cons, eq.model, eq.data, eq.trial, y, eq.motion, times[k], eq.work, eq.hinge,
             soft, CLOSED, MOST_STEPS, False,
         )  # fmt: skip
+        if len(run.kept) > 0 and times[k] >= run.kept[0].time:
+            restore_momenta(eq, run, times[k], y, 0.0)
         status = evaluate(eq, times[k], y, ydot)
         if status == FAILED_CALLBACK:
             return False
@@ -98,12 +106,14 @@ def observe(eq, columns, t, y, ydot, row):
     _elements(eq.loads, columns, model, data, t, row)
     for i in range(len(columns.wrenches)):
         _wrench(model, data, columns, i, row)
+    _begin_momenta(model, data, columns, row)
     for i in range(len(columns.bodies)):
         link, first, count, column = columns.bodies[i]
         _body(model, data, link, first, y, row)
-        _sums(model, data, link, row)
+        _sums(model, data, columns, link, row)
         for node in range(count):
             _interface(model, data, link, node, row, column + 12 * node)
+    _end_momenta(columns, row)
     for i in range(len(columns.motions)):
         _motion(model, data, columns.motions[i, 0], columns.motions[i, 1], y, ydot, row)
 
@@ -210,9 +220,38 @@ def _motion(model, data, link, c, y, ydot, row):
 
 
 @compile_kernel
-def _sums(model, data, link, row):
+def _begin_momenta(model, data, columns, row):
+    """Write the momenta of the parts that nothing holds, and zero for their kinetic energies."""
+    if len(columns.momenta) > 0:
+        sum_parts(model, data, columns.part, columns.sums)
+    for k in range(len(columns.momenta)):
+        own, c = columns.sums[k], columns.momenta[k, 1]
+        _write(row, c, get3(own.linear))
+        _write(row, c + 3, get3(own.angular))
+        row[c + 6] = 0.0
+
+
+@compile_kernel
+def _end_momenta(columns, row):
+    """Write after the momenta of a part how large they can be: ``|p| + sqrt(2 m T)``, ``sqrt(2 J T)``.
+
+    T is the energy (J) of the motion about the mass centre, that of `STILL` at least, ``J = sum m r^2``: Cauchy and
+    Schwarz.
+    """
+    for k in range(len(columns.momenta)):
+        own, c = columns.sums[k], columns.momenta[k, 1]
+        pp = dot3(get3(own.linear), get3(own.linear))
+        twice = max(own.mass * STILL * STILL, 2.0 * row[c + 6] - pp / own.mass)
+        polar = 0.5 * (own.inertia[0] + own.inertia[3] + own.inertia[5])
+        row[c + 6], row[c + 7] = np.sqrt(pp) + np.sqrt(own.mass * twice), np.sqrt(polar * twice)
+
+
+@compile_kernel
+def _sums(model, data, columns, link, row):
     """Add the energies and momenta of a link's body."""
     sums = body_sums(model, data, link)
+    if columns.part[link] >= 0:
+        row[columns.momenta[columns.part[link], 1] + 6] += sums.kinetic
     row[KINETIC] += sums.kinetic
     row[STRAIN] += sums.strain
     row[GRAVITY] += sums.gravity

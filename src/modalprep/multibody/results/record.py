@@ -8,7 +8,9 @@ from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.system import System
-from modalprep.multibody.results.channels import ENERGIES, Channels, Columns, Index
+from modalprep.multibody.packing.free_parts import free_parts
+from modalprep.multibody.results.channels import ENERGIES, MOMENTA, Channels, Columns, Index
+from modalprep.multibody.results.momenta import Momenta, with_momenta
 from modalprep.multibody.results.observation import record
 from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result
@@ -27,7 +29,8 @@ class Recorder:
         system, packed, loops = integration.system, integration.packed, integration.loading.loops
         self.system, self.equations, self.count = system, integration.equations, 0
         self.index, columns, width = packed.kept("channels", lambda: _layout(Channels(system, packed, loops)))
-        self.columns = columns._replace(reactions=np.zeros_like(columns.reactions))
+        self.columns = columns._replace(reactions=np.zeros_like(columns.reactions), sums=np.zeros_like(columns.sums))
+        self.steps = integration.steps
         self.soft = packed.softest if loops else 0.0
         try:
             self.time, self.rows = np.empty(most), np.empty((most, width))
@@ -43,14 +46,24 @@ class Recorder:
         if here.stop > len(self.time):
             self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
         self.time[here] = times
-        record(self.equations, self.columns, times, states, self.soft, self.rows[here])
+        record(self.equations, self.steps, self.columns, times, states, self.soft, self.rows[here])
         self.count = here.stop
 
     def result(self, status: str, message: str, stats: dict[str, str | int | float]) -> Result:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
         time, rows = self.time[: self.count], self.rows[: self.count]
         rows.flags.writeable = False  # of the channels too, at once
-        return audited(time, histories(self.system, self.index, rows, time), status, message, stats)
+        found = audited(time, histories(self.system, self.index, rows, time), status, message, stats)
+        return with_momenta(found, self._momenta(rows), self.system.gravity)
+
+    def _momenta(self, rows: np.ndarray) -> list[Momenta]:
+        """Return what is known of the parts whose momenta stay."""
+        bodies, found = self.system.bodies, []
+        parts = [part for part in free_parts(self.system) if not part.loaded]
+        for part, kept, c in zip(parts, self.steps.kept, self.columns.momenta[:, 1], strict=True):
+            restored = np.append(kept.given_linear, kept.given_angular)
+            found.append(Momenta(sum(bodies[name].m for name in part.bodies), rows[:, c : c + MOMENTA], restored))
+        return found
 
 
 def _layout(channels: Channels) -> tuple[Index, Columns, int]:
@@ -65,7 +78,8 @@ def histories(system: System, index: Index, rows: np.ndarray, time: np.ndarray) 
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.model.system import System
+    >>> from modalprep.multibody.packing.free_parts import free_parts
+    from modalprep.multibody.model.system import System
     >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 STATS = {  # type of each entry of `Result.stats`
     "method": str, "steps": int, "evaluations": int, "rejected": int, "halved": int, "stiffness_ratio": float,
-    "energy_error": float,
+    "energy_error": float, "momentum_error": float, "momentum_restored": float,
 }  # fmt: skip
 NUMBERED = (".modal", ".modal_rate", ".modal_acceleration")  # channels whose components are numbers
 
@@ -57,16 +57,20 @@ class Result(Record):
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
         (springs, accelerated water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),
-        ``momentum.linear``, ``momentum.angular`` (nt, 3).
+        ``momentum.linear``, ``momentum.angular`` (nt, 3) of the system about the inertial origin; ``momentum.error`` of
+        the parts that nothing holds or loads: how far their momenta are from those of the start, the angular one about
+        the mass centre, in shares of the largest that they can be with the energy of the part.
     status : str
-        ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
+        ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body, or a bushing or
+        rotational spring passed half a turn.
     message : str
         A message for the user.
     stats : dict
         How the run went. ``method`` (str): the method at its end, as `simulate` takes it. ``steps``, ``evaluations``
         of the equations, ``rejected`` and ``halved`` steps (int). ``stiffness_ratio`` (float): with the method "auto",
         the steps that stability would require of the explicit method. ``energy_error`` (float): largest error of the
-        energy balance over its largest part.
+        energy balance over its largest part. ``momentum_error`` (float): where there are parts that nothing holds or
+        loads, the largest ``momentum.error``; ``momentum_restored``: what the steps lost and were given back, in all.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact

@@ -145,9 +145,10 @@ def _simulate(
             run = simulate(system, **span, **steps, events=events, reference=reference, progress=progress)
         else:
             run = simulate_free_system(system, **span, variables=s.variables)
+    momenta = f", momenta kept to {run.stats['momentum_error']:.0e}" if "momentum_error" in run.stats else ""
     reporter.say(
         f"  {run.message}; {run.stats['steps']:.0f} steps, "
-        f"energy balance to {run.stats['energy_error']:.0e} of its largest part"
+        f"energy balance to {run.stats['energy_error']:.0e} of its largest part{momenta}"
     )
     for note in run.notes:
         reporter.say(f"  note: {note}")
