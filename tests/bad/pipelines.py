@@ -115,7 +115,11 @@ PLATES = [
     ("thickness = 0.01", "thickness = 0", "thickness = 0 must be positive"),
     ("thickness = 0.01", "", "either 'material' and 'thickness', or 'plies'"),
     ("thickness = 0.01", "thickness = 0.01\naxis = [0, 0, 1]", "material axis", "normal to 2 shell elements"),
-    ("thickness = 0.01", 'plies = [{ material = "alloy", thickness = 0 }]\n#', "thickness"),
+    (
+        "thickness = 0.01",
+        'plies = [{ material = "alloy", thickness = 0 }]\n#',
+        "'material' has no effect beside 'plies'",
+    ),
     ("skin]", "edge]", "group 'edge' has vertex cells"),
 ]
 
@@ -188,7 +192,12 @@ SYSTEMS = [
     (_HINGE, f"{_HINGE}\nrotation = {{ axis = [0, 0, 0], angle = 1.0 }}", "hinge", "no direction"),
     (_HINGE, f'{_HINGE}\nstart = {{ angle = "ninety deg" }}', "[joints.hinge.start.angle]", "90 deg"),
     (_HINGE, f'{_HINGE}\nstart = {{ angle = "1e999 rad" }}', "[joints.hinge.start.angle]", "finite"),
-    (_HINGE, f"{_HINGE}\nstart = {{ speed = 1.0 }}", "'hinge'", "revolute joint has no speed"),
+    (
+        _HINGE,
+        f"{_HINGE}\nstart = {{ speed = 1.0 }}",
+        "'hinge'",
+        "revolute joint has no speed; it starts",
+    ),
     (_HINGE, f"{_HINGE}\nstiffness = -1", "[joints.hinge.stiffness]", "greater than or equal to 0"),
     (_HINGE, f"{_HINGE}\nstiffness = [1, 2]", "'hinge'", "stiffness has 2 value(s)", "1 coordinate(s)"),
     (_HINGE, f"{_HINGE}\nlimits = {{ lower = 1, upper = 0, stiffness = 1 }}", "'hinge'", "lower"),

@@ -28,10 +28,9 @@ def random_closures(system, seed, count):
         options |= {"path": ("1 + t", None, "cos(t)")} if kind == "position" else {}
         options |= {"second_axis": rng.standard_normal(3)} if kind == "universal" else {}
         turn = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
-        found.append(
-            Closure(name=f"c{k}", type=kind, a=a, b=b, axis=rng.standard_normal(3), rotation=turn,
-                    position=rng.standard_normal(3), **options)
-        )  # fmt: skip
+        axis, place = rng.standard_normal((2, 3))
+        options |= {"position": place} if "ground" in (a, b) else {}
+        found.append(Closure(name=f"c{k}", type=kind, a=a, b=b, axis=axis, rotation=turn, **options))
     coupled = [f"{name}.{count}" if count > 1 else name for name, count in system.coordinate_counts.items() if count]
     if coupled:
         found.append(Coupler(name="gear", factors=dict.fromkeys(coupled, 1.5), value="t + t**2"))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from compare import assert_close
+from multibody.trees import axes_of
 
 import modalprep as mp
 from modalprep.multibody.model.constraints import Closure
@@ -38,11 +39,11 @@ def spatial_loop(pairs, bodies, *, rates=None, gravity=(0, 0, -9.81)):
     joints = []
     for i, (name, pair) in enumerate(zip(names, pairs[:-1], strict=True)):
         options = {"position": pair.place} if i == 0 else {}
-        options |= {"second_axis": pair.second} if pair.second is not None else {}
+        options |= axes_of(pair.type, pair.axis, pair.second)
         if rates is not None and i < len(rates) and pair.type in ("revolute", "prismatic"):
             options |= {"rate" if pair.type == "revolute" else "speed": rates[i]}
         parent = "ground" if i == 0 else f"{names[i - 1]}.tip"
-        joints.append(mp.Joint(name=f"j{i}", type=pair.type, parent=parent, child=name, axis=pair.axis, **options))
+        joints.append(mp.Joint(name=f"j{i}", type=pair.type, parent=parent, child=name, **options))
     last = pairs[-1]
     more = {"second_axis": last.second} if last.second is not None else {}
     closure = Closure(

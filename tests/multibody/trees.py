@@ -9,6 +9,7 @@ import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, SPHERICAL
+from modalprep.multibody.model.joint_types import JOINT_TYPES
 from modalprep.multibody.packing.tree import pack
 
 
@@ -87,12 +88,22 @@ def _joint(rng, name, kind, parent, child):
         type=driven.get(kind, kind),
         parent=parent,
         child=child,
-        axis=rng.standard_normal(3),
-        second_axis=rng.standard_normal(3),
+        **directions(rng, driven.get(kind, kind)),
         pitch=2.0 if kind == "screw" else 0.0,
         rotation=Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
         motion=mp.multibody.TimeFunction("sin(t)") if kind in driven else None,
     )
+
+
+def directions(rng, kind):
+    """Random axes of a joint of a type; two are drawn for each type, so that later numbers do not depend on it."""
+    return axes_of(kind, *rng.standard_normal((2, 3)))
+
+
+def axes_of(kind, axis, second):
+    """Return those of two axes that a joint of a type has, by key."""
+    steps = JOINT_TYPES[kind]
+    return ({"axis": axis} if steps.motions else {}) | ({"second_axis": second} if steps.second_axis else {})
 
 
 def random_state(system, seed, size=0.2):

@@ -61,7 +61,7 @@ def test_rigid_body_of_a_table(tmp_path):
         ("mass = 0.05", "mass = -0.05", "greater than 0"),
         ("inertia = [0, 1.", "inertia = [1, 1.", "the largest exceeds the sum of the others"),
         ("inertia = [0, ", "inertia = [", "inertia has 2 numbers; give xx, yy, zz, or also xy, xz, yz"),
-        ("mass = 0.05", 'file = "a.h5"', "are those of a rigid body, which has a 'mass'"),
+        ("mass = 0.05", 'file = "a.h5"', "'centre' has no effect without 'mass'; it is that of a rigid body"),
         ("count = 20", 'count = 20\nthrough = "end"', "its parent: 'cable1.end' names no interface"),
         ("[environment]", "[bodies.cable7]\nmass = 1.0\n[environment]", "'cable' makes 'cable7'"),
     ],

@@ -91,8 +91,8 @@ def test_what_each_key_becomes(folder):
         ("{ density_factor = 0.5 }", "{ density_factor = 0.5, mass = 3 }", "either 'mass', 'density_factor' or 'file'"),
         (
             "{ density_factor = 0.5 }",
-            "{ density_factor = 0.5, centre = [0, 0, 0] }",
-            "a rigid body, which has a 'mass'",
+            "{ density_factor = 0.5, centre = [0, 0, 1] }",
+            "'centre' has no effect without 'mass'; it is that of a rigid body",
         ),
         ("{ density_factor = 0.5 }", "{ mass = 3 }", "for rigid bodies"),
         ("{ density_factor = 0.5 }", '{ file = "no.h5" }', "no.h5 does not exist"),

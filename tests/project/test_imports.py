@@ -9,7 +9,7 @@ import pytest
 
 BASE = {
     "errors", "extras", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook",
-    "drawing", "labelled", "workers",
+    "drawing", "labelled", "workers", "applies",
 }  # fmt: skip
 MAY_IMPORT = {
     "linalg": BASE,
@@ -45,9 +45,9 @@ LAYERS = {
         "show",
     ),
     "pipeline": (
-        "bar", "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
-        "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures", "run", "batch",
-        "init",
+        "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
+        "schema.reduction", "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures",
+        "run", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home

@@ -7,6 +7,9 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.reduction.table import ModeTable
+from modalprep.suggest import refuse_name
+
+ROUNDING = 1e-6  # of an inertia tensor that is given by a few digits
 
 
 def rigid_body(
@@ -33,7 +36,7 @@ def rigid_body(
     Raises
     ------
     InputError
-        When the mass is not positive.
+        When the mass is not positive, no body can have the inertia, or there is no interface.
 
     Examples
     --------
@@ -42,11 +45,18 @@ def rigid_body(
     >>> rod.n, round(float(rod.E0[0, 0]), 6)
     (0, 0.333333)
     """
-    if not mass > 0:
-        raise InputError(f"rigid body {name!r}: mass = {mass:g} must be positive")
+    what = f"rigid body {name!r}: "
+    if not 0 < mass < np.inf:
+        raise InputError(f"{what}mass = {mass:g} must be positive")
+    inertia = np.asarray(inertia, dtype=float)
+    refuse_impossible_inertia(inertia, what)
+    for interface in interfaces:
+        refuse_name(interface, f"{what}interface")
     positions = np.array(list(interfaces.values()), dtype=float)
+    if not len(positions) or not np.all(np.isfinite(positions)) or not np.all(np.isfinite(centre)):
+        raise InputError(f"{what}needs an interface, and places of three finite numbers")
     c = np.asarray(centre, dtype=float) - positions[0]
-    E0 = np.trace(inertia) / 2 * np.eye(3) - np.asarray(inertia, dtype=float) + mass * np.outer(c, c)
+    E0 = np.trace(inertia) / 2 * np.eye(3) - inertia + mass * np.outer(c, c)
     k = len(positions)
     moments = np.trace(E0) - np.diag(E0)
     none = ModeTable.empty(np.concatenate([np.full(3, mass), moments]))
@@ -58,3 +68,26 @@ def rigid_body(
         interface_name=tuple(interfaces), interface_position=positions - positions[0],
         points=positions - positions[0], cells={}, shape=np.zeros((k, 3, 0)), modes=none,
     )  # fmt: skip
+
+
+def refuse_impossible_inertia(inertia: np.ndarray, what: str = "") -> None:
+    """Raise an `InputError` for a tensor (3, 3) that no distribution of mass has; `what` starts the message.
+
+    Of the principal moments none exceeds the sum of the others.
+
+    Examples
+    --------
+    >>> refuse_impossible_inertia(np.diag([1.0, 1.0, 2.0]))
+    >>> refuse_impossible_inertia(np.diag([1.0, 1.0, 3.0]), "hub: ")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: hub: inertia is physically impossible: of its principal moments [1.0, 1.0, 3.0] the \
+largest exceeds the sum of the others
+    """
+    if inertia.shape != (3, 3) or not np.all(np.isfinite(inertia)):
+        raise InputError(f"{what}inertia needs a tensor of 3 x 3 finite numbers")
+    moments = np.linalg.eigvalsh(inertia)
+    if 2 * moments.max() > moments.sum() * (1 + ROUNDING):
+        raise InputError(
+            f"{what}inertia is physically impossible: of its principal moments {moments.round(6).tolist()} the largest "
+            "exceeds the sum of the others"
+        )

@@ -140,13 +140,15 @@ def correlate(
     Raises
     ------
     InputError
-        When a sensor is far from all points of the analysis, or no component is measured; where another unit of length
-        or other axes would fit, the message says so.
+        When `smallest_mac` is not between 0 and 1, a sensor is far from all points of the analysis, or no component is
+        measured; where another unit of length or other axes would fit, the message says so.
 
     References
     ----------
     D. J. Ewins, Modal Testing, 2nd ed., Research Studies Press 2000, chapter 5.
     """
+    if not 0 <= smallest_mac <= 1:
+        raise InputError(f"smallest_mac = {smallest_mac:g} must lie between 0 and 1, as every MAC does")
     test = in_frame(test, origin, rotation)
     node, distance = nearest(test, analysis, tolerance)
     notes = said_of_places(test, node, distance)

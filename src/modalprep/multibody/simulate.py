@@ -29,6 +29,7 @@ from modalprep.multibody.results.validity import large_deflections
 from modalprep.suggest import refuse_other
 
 MAX_OUTPUTS = 1e7
+RHO_INF = 0.9  # of generalised-alpha, by default
 
 
 def simulate(
@@ -40,7 +41,7 @@ def simulate(
     atol: float = 1e-10,
     method: str = "auto",
     step: float | None = None,
-    rho_inf: float = 0.9,
+    rho_inf: float = RHO_INF,
     max_step: float | None = None,
     shortest_event: float | None = None,
     events: Sequence[Event] = (),
@@ -126,6 +127,10 @@ def simulate(
     check_steps(t_end, max_step, shortest_event)
     if not 0 <= rho_inf <= 1:
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
+    if reference and method not in ("auto", "explicit"):
+        raise InputError(f"the reference implementation is integrated explicitly, not by {method!r}; leave out method")
+    if rho_inf != RHO_INF and (reference or method in ("explicit", "rosenbrock")):
+        raise InputError(f"rho_inf = {rho_inf:g} has no effect on this method; it belongs to 'generalised_alpha'")
     times = output_times(t_end, output_step)
     with by_two_processes(system):
         integration = prepare(

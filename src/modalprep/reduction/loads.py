@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.links.interface import interface_position
@@ -39,11 +41,17 @@ class Load(NodeSet):
     near (10, 0, 0)
     """
 
+    applies: ClassVar = (Rule(("position",), needs=("force", "moment"), advice="a pressure has its place"),)
     force: Vector = NONE
     moment: Vector = NONE
     pressure: float = 0.0
     position: Vector | None = None
     kind = "rbe3"
+
+    def __post_init__(self) -> None:
+        """Refuse a place that nothing uses."""
+        super().__post_init__()
+        refuse_idle(self, "load: ")
 
 
 def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:

@@ -156,6 +156,8 @@ def random_damage(
     194.4
     """
     frequency, psd = np.asarray(frequency, dtype=float), np.asarray(psd, dtype=float)
+    if curve.ultimate is not None:
+        raise InputError("a random stress has no mean, on which 'ultimate' has an effect; leave it out of the curve")
     if method not in METHODS:
         raise InputError(f"random damage knows no method {method!r}; {suggestion(method, METHODS, 'it knows')}")
     if len(frequency) < 2 or psd.shape != frequency.shape or not np.all(np.diff(frequency) > 0) or frequency[0] < 0:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from multibody.closed_trees import closed_tree
 from multibody.mechanisms import link, slider_crank
-from multibody.trees import random_body
+from multibody.trees import axes_of, random_body
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 from size import seeds
@@ -209,7 +209,7 @@ def test_a_joint_cut_and_closed_again_has_the_same_rest_and_modes(kind):
     )
     root = mp.Joint(name="root", type="free", parent="ground", child="arm")
     extra = {"second_axis": second} if kind == "universal" else {}
-    cut = mp.Joint(name="cut", type=kind, parent="arm.a", child="tool", axis=axis, second_axis=second)
+    cut = mp.Joint(name="cut", type=kind, parent="arm.a", child="tool", **axes_of(kind, axis, second))
     free = mp.Joint(name="cut", type="free", parent="ground", child="tool", position=place)
     closure = Closure(name="cut", type=kind, a="arm.a", b="tool.root", axis=axis, **extra)
     common = {"bodies": {"arm": arm, "tool": tool}, "loads": bushings, "gravity": np.array([1.0, -2.0, 3.0])}

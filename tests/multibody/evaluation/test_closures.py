@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from multibody.mechanisms import link, slider_crank
-from multibody.trees import random_body
+from multibody.trees import axes_of, random_body
 from scipy.integrate import solve_ivp
 from systems.shipped import shipped
 
@@ -226,7 +226,7 @@ def cut_joint(kind, *, closed):
         name="root", type="spherical", parent="ground", child="arm", angular_velocity=np.array([0.3, -0.2, 0.4])
     )
     place = arm.interface_position[1]
-    joint = mp.Joint(name="cut", type=kind, parent="arm.a", child="tool", axis=axis, second_axis=second)
+    joint = mp.Joint(name="cut", type=kind, parent="arm.a", child="tool", **axes_of(kind, axis, second))
     extra: tuple = ()
     if closed:
         joint = mp.Joint(name="cut", type="free", parent="ground", child="tool", position=place)
@@ -350,7 +350,7 @@ def test_a_mechanism_that_locks_names_time_and_loop(method, options):
         ({"a": "crank.hand"}, "names no interface"),
         ({"axis": np.zeros(3)}, "has no direction"),
         ({"type": "universal"}, "needs a second_axis"),
-        ({"length": 1.0}, "has no length"),
+        ({"length": 1.0}, "'length' has no effect"),
         ({"type": "distance", "length": -1.0}, "must be positive"),
         ({"type": "position"}, "needs a path"),
         ({"type": "distance", "length": [(0.5, 1.0), (float("inf"), 2.0)]}, "jumps"),

@@ -32,7 +32,7 @@ def single(body=None, **changes):
         ({"type": "revolute", "rate": np.ones(2)}, "rate .* must be 1 number"),
         ({"type": "planar", "speed": np.ones(3)}, "speed .* must be 2 number"),
         ({"type": "screw"}, r"a screw joint needs a pitch \(m for each turn\)"),
-        ({"type": "revolute", "pitch": 0.01}, "a revolute joint has no pitch; it belongs to a screw"),
+        ({"type": "revolute", "pitch": 0.01}, "'pitch' has no effect where type = 'revolute'; it belongs to 'screw'"),
     ],
 )
 def test_what_a_joint_refuses(changes, message):

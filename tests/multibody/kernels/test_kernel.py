@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from compare import assert_close
-from multibody.trees import KINDS, ROOTS, order_n, random_body, random_state, random_tree
+from multibody.trees import KINDS, ROOTS, directions, order_n, random_body, random_state, random_tree
 from size import seeds
 
 import modalprep as mp
@@ -100,8 +100,7 @@ def test_residual_of_long_chains(kind, modes):
             type=k,
             parent=f"b{i - 1}.a" if i else "ground",
             child=f"b{i}",
-            axis=rng.standard_normal(3),
-            second_axis=rng.standard_normal(3),
+            **directions(rng, k),
             pitch=2.0 if k == "screw" else 0.0,
         )
         for i, k in enumerate(kinds)

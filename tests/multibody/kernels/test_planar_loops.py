@@ -112,7 +112,7 @@ def test_planar_loops_equal_loops_in_space(kind, branch, seed, monkeypatch):
 @pytest.mark.parametrize("branch", [None, (0.6, 0, 0.8)])
 def test_added_mass_out_of_the_plane_counts(branch, monkeypatch):
     """A tilted rod in water pushes along the normal when it turns, where gravity does work on it."""
-    water = mp.multibody.Water(density=1000.0, surface=100.0)
+    water = mp.multibody.Water(density=1000.0)
     rod = mp.multibody.ImmersedRod(name="wet", body="d", ends=("side", "tip"), diameter=0.2, water=water)
     planar, *found = evaluated(linkage(branch=branch).with_(loads=(rod,)), 1)
     in_space(monkeypatch)

@@ -146,8 +146,9 @@ def chain(count, length, density, end, *, lumped=False, joint="revolute", orbit=
         own = 0.0 if far else mass * (step**2 / 12 + (centre - step / 2) ** 2) + extra * (step - centre) ** 2
         bodies[f"r{i}"] = mp.rigid_body(f"r{i}", mass=mass + extra, centre=np.array([centre, 0, 0]),
                                         inertia=np.diag([1e-9, own + 1e-9, own + 1e-9]), interfaces=ends)  # fmt: skip
+        second = {"second_axis": np.array([0, -1.0, 0])} if joint == "universal" else {}
         joints.append(mp.Joint(name=f"j{i}", type=joint, parent=f"r{i - 1}.tip" if i else "ground", child=f"r{i}",
-                               axis=np.array([0, 0, 1.0]), second_axis=np.array([0, -1.0, 0])))  # fmt: skip
+                               **second))  # fmt: skip
     return mp.System(bodies=bodies, joints=tuple(joints), orbit=orbit or mp.multibody.Orbit(rate=N))
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.links.centroid import set_centroid
 from modalprep.fe.mesh.mesh import Link, Mesh
@@ -47,6 +48,9 @@ class Interface(NodeSet):
     'rbe2'
     """
 
+    applies: ClassVar = (
+        Rule(("position",), needs=("kind",), among=("rbe2", "rbe3", "support"), advice="the node is its place"),
+    )
     kind: Kind = "rbe2"
     boundary: Boundary = "fixed"
     position: Vector | None = None
@@ -58,6 +62,7 @@ class Interface(NodeSet):
         elif self._given():
             raise InputError(f"an interface of kind 'support' has no nodes of its own; make {self} a support")
         refuse_unknown(self.kind, get_args(Kind), f"interface at {self}: kind")
+        refuse_idle(self, f"interface at {self}: ")
         refuse_unknown(self.boundary, get_args(Boundary), f"interface at {self}: boundary")
 
     def __repr__(self) -> str:

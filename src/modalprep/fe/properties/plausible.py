@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from modalprep.fe.properties.materials import Material, Orthotropic
@@ -20,6 +21,7 @@ LIGHT, HEAVY = 1e-6, 2.3e4
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
 SHORT, LONG = 1e-3, 100.0  # m
 SLOW, FAST = 0.1, 1e5  # m/s, first frequency times size: from a film to a block of diamond
+TURN = (-2 * math.pi, 2 * math.pi)  # rad
 COMMON = (0.01, 20.0)  # m, sizes by which another unit of length is suggested
 LENGTHS = {"mm": 1e-3, "m": 1.0, "in": 0.0254}
 OTHERS = {  # units in which a value may have been meant, with their factor to SI
@@ -27,6 +29,7 @@ OTHERS = {  # units in which a value may have been meant, with their factor to S
     "density": (("g/cm^3", 1e3), ("kg/mm^3", 1e9)),
     "thickness": (("mm", 1e-3),),
     "area": (("mm^2", 1e-6),),
+    "angle": (("deg", math.pi / 180),),
 }
 
 Values = Iterator[tuple[str, float, tuple[float, float], str]]
@@ -99,5 +102,7 @@ def _sizes(section: Property, size: float) -> Values:
     if isinstance(section, Shell):
         thickness = section.thickness or sum(ply.thickness for ply in section.plies)
         yield "thickness", thickness, (THIN * size, THICK * size), "m"
+        for angle in (section.angle, *(ply.angle for ply in section.plies)):
+            yield "angle", angle, TURN, "rad"
     if isinstance(section, (Beam, Truss)):
         yield "area", section.A, (0.0, (WIDE * size) ** 2), "m^2"

@@ -29,10 +29,7 @@ from modalprep.suggest import refuse_missing, suggestion
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 POUND = 0.45359237
 MASS_UNITS = {
-    "kg": 1.0,
-    "g": 1e-3,
-    "t": 1e3,
-    "lbm": POUND,
+    **{"kg": 1.0, "g": 1e-3, "t": 1e3, "lbm": POUND},
     "slug": POUND * 9.80665 / 0.3048,  # lbf s^2 / ft
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
@@ -95,7 +92,7 @@ def read_mesh(
     modalprep.errors.InputError: mesh file no.msh does not exist; give a path relative to the pipeline file
     """
     path = Path(path)
-    refuse_units(length_unit, mass_unit)
+    refuse_units(length_unit, mass_unit, path)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
     if path.suffix.lower() in CAD and not ignore:
@@ -135,11 +132,13 @@ def read_mesh(
     return _grouped(mesh)
 
 
-def refuse_units(length_unit: str, mass_unit: str | None) -> None:
-    """Refuse units that are not known."""
+def refuse_units(length_unit: str, mass_unit: str | None, path: Path | None = None) -> None:
+    """Refuse units that are not known, and that of the masses of a mesh file that brings none."""
     for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
         if unit is not None and unit not in known:
             raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
+    if path is not None and path.suffix.lower() not in DECKS and mass_unit not in (None, "kg"):
+        raise InputError(f"mesh file {path}: 'mass_unit' is for decks, which bring their materials; leave it out")
 
 
 def _grouped(mesh: Mesh) -> Mesh:

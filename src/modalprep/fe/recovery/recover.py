@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
@@ -61,6 +62,10 @@ class Recover(NodeSet):
     section_force of group 'strut'
     """
 
+    applies: ClassVar = (
+        Rule(("stations",), needs=("kind",), among=("section_force",)),
+        Rule(("axis",), needs=("kind",), among=("resultant", "stress")),
+    )
     kind: RecoveryKind
     method: Method = "acceleration"
     stations: int = 2
@@ -71,6 +76,7 @@ class Recover(NodeSet):
         """Refuse unknown words; no nodes at all are all of them."""
         refuse_unknown(self.kind, get_args(RecoveryKind), "recovery: kind")
         refuse_unknown(self.method, get_args(Method), "recovery: method")
+        refuse_idle(self)
         if self._given():
             super().__post_init__()
         elif self.kind in NAMED:

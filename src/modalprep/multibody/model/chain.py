@@ -172,6 +172,14 @@ class SegmentedBeam(Record):
         given += [value for value in (self.GJ, self.EA, self.GA) if value is not None]
         if np.ndim(self.EI) > 1 or np.size(self.EI) > 2 or not all(0 < value < np.inf for value in given):
             raise InputError(f"{what}: length, segments, mass and stiffnesses must be positive")
+        bend = abs(self.curvature) * self.length / self.segments
+        if not bend < np.pi:
+            raise InputError(
+                f"{what}: curvature = {self.curvature:g} 1/m bends a segment by {bend:.3g} rad, half a turn or more; "
+                "give more segments or a smaller curvature"
+            )
+        if not (0 <= self.damping < np.inf and np.all(np.asarray(self.rotary_inertia) >= 0)):
+            raise InputError(f"{what}: damping and rotary_inertia must not be negative")
         super().__post_init__()
 
     @property
@@ -217,10 +225,11 @@ class SegmentedBeam(Record):
         if reverse:
             turns, bend, axes = turns[::-1], bend[::-1], axes[::-1]
         rest = [0.0] * len(travels) + bend
+        kind = "planar" if travels else ("revolute", "universal", "gimbal")[len(turns) - 1]
         return Joint(
             name="", parent="", child="",
-            type="planar" if travels else ("revolute", "universal", "gimbal")[len(turns) - 1],
-            axis=axes[0], second_axis=axes[1], angle=np.array(bend) if len(bend) > 1 else bend[0],
+            type=kind, axis=axes[0], second_axis=None if kind == "revolute" else axes[1],
+            angle=np.array(bend) if len(bend) > 1 else bend[0],
             elements=tuple(
                 HingeElement(stiffness=c / length, damping=self.damping * (c / length), free_position=free)
                 for c, free in zip(map(float, travels + turns), rest, strict=True)

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.model.loads import GROUND, locate
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_name, refuse_unknown
 from modalprep.vectors import as_rotation
 
 ClosureType = Literal[
@@ -22,6 +23,7 @@ ClosureType = Literal[
     "point_on_plane", "distance", "position",
 ]  # fmt: skip
 WITH_FRICTION = ("point_on_line", "point_on_plane")
+WITH_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar")  # which hold a direction of both ends
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,6 +70,13 @@ class Closure(Record):
     2.0
     """
 
+    applies: ClassVar = (
+        Rule(("second_axis",), needs=("type",), among=("universal",)),
+        Rule(("position",), needs=("a", "b"), among=(GROUND,), advice="it is the place of an end on the ground"),
+        Rule(("length",), needs=("type",), among=("distance",)),
+        Rule(("path",), needs=("type",), among=("position",)),
+        Rule(("friction_coefficient",), needs=("type",), among=WITH_FRICTION),
+    )
     name: str
     type: ClosureType
     a: str
@@ -87,6 +96,7 @@ class Closure(Record):
         refuse_unknown(self.type, get_args(ClosureType), f"{self._what}: type")
         if self.a == self.b:
             raise InputError(f"{self._what} joins {self.a!r} to itself; name two different ends")
+        refuse_idle(self, f"{self._what}: ")
         for key in ("axis", "second_axis"):
             value = getattr(self, key)
             if value is not None:
@@ -103,10 +113,6 @@ class Closure(Record):
             raise InputError(f"{self._what}: friction_coefficient = {self.friction_coefficient:g} must not be negative")
         if not 0 < self.transition_velocity < float("inf"):
             raise InputError(f"{self._what}: transition_velocity = {self.transition_velocity:g} must be positive")
-        if self.friction_coefficient and self.type not in WITH_FRICTION:
-            raise InputError(
-                f"{self._what}: a {self.type} closure has no friction; only {' and '.join(WITH_FRICTION)} may have it"
-            )
 
     @property
     def _what(self) -> str:
@@ -119,9 +125,6 @@ class Closure(Record):
         return axis / np.linalg.norm(axis)
 
     def _read_functions(self) -> None:
-        for key, owner in (("length", "distance"), ("path", "position")):
-            if getattr(self, key) is not None and self.type != owner:
-                raise InputError(f"{self._what}: a {self.type} closure has no {key}; it belongs to a {owner}")
         if self.length is not None:
             length = TimeFunction.of(self.length).as_motion()
             length.refuse_jumps(f"{self._what}: the length")
@@ -189,6 +192,9 @@ def check_closures(
     bodies: Mapping[str, FlexibleBody], counts: Mapping[str, int], closures: tuple[Closure | Coupler, ...]
 ) -> None:
     """Refuse closures with unknown ends; `counts` is the number of coordinates of each joint that a coupler can use."""
+    for what, names in (("joint", counts), ("closure", [closure.name for closure in closures])):
+        for name in names:
+            refuse_name(name, what)
     for name, count in Counter(closure.name for closure in closures).items():
         if count > 1:
             raise InputError(f"two closures are called {name!r}; give each its own name")

@@ -188,6 +188,8 @@ class ExpelledGas(Record):
         for name in ("speed", "mass_fraction", "pressure"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"gas {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
+        if self.mass_fraction > 1:
+            raise InputError(f"gas {self.name!r}: mass_fraction = {self.mass_fraction:g} must not exceed 1")
         axis = np.asarray(self.axis, dtype=float)
         if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
             raise InputError(f"gas {self.name!r}: axis {axis.tolist()} has no direction")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
+from modalprep.multibody.model.joint_types import AT_INTERFACE
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.records import Record
 
@@ -78,6 +80,11 @@ class Deployment(Record):
     (2.0, (5.0, 0.5))
     """
 
+    applies: ClassVar = (
+        Rule(("brake", "initial_length", "initial_speed"), needs=("tension",), advice="it is that of a free reel"),
+        Rule(("damping", "deflection"), needs=("EI",)),
+        Rule(("position",), needs=("parent",), among=("ground",), advice=AT_INTERFACE),
+    )
     name: str
     parent: str
     length: float
@@ -101,6 +108,7 @@ class Deployment(Record):
     def __post_init__(self) -> None:
         """Check the constants."""
         what = f"deployment {self.name!r}: "
+        refuse_idle(self, what)
         for name in ("length", "mass_per_length"):
             if not 0 < getattr(self, name) < float("inf"):
                 raise InputError(f"{what}{name} = {getattr(self, name):g} must be positive")
@@ -115,8 +123,6 @@ class Deployment(Record):
             raise InputError(
                 f"{what}a spatial cable needs EI = 0 and a rotary_inertia; a beam with EI bends in a plane"
             )
-        if self.deflection and not self.EI > 0:
-            raise InputError(f"{what}an initial deflection needs EI")
         if self.deployed_length is not None:
             object.__setattr__(self, "deployed_length", TimeFunction.of(self.deployed_length).as_motion())
         if self.tension is not None:

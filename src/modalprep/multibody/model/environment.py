@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
@@ -13,6 +15,7 @@ from modalprep.records import Record
 EARTH_MU = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, at the equator
 EARTH_SPIN = 7.292115e-5  # rad/s
+OF_THE_FIELD = "it places the magnetic field of the planet, so leave it out"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -118,6 +121,9 @@ class Orbit(Record):
     (0.001177977227, inf)
     """
 
+    applies: ClassVar = (
+        Rule(("inclination", "argument_of_latitude", "planet_spin"), needs=("dipole",), advice=OF_THE_FIELD),
+    )
     rate: float
     radius: float = float("inf")
     inclination: float = 0.0
@@ -127,6 +133,7 @@ class Orbit(Record):
 
     def __post_init__(self) -> None:
         """Check the constants."""
+        refuse_idle(self, "orbit: ")
         if not 0 < self.rate < float("inf"):
             raise InputError(f"orbit: rate = {self.rate:g} must be positive (rad/s)")
         if not self.radius > 0:

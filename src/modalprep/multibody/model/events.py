@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
@@ -48,6 +49,10 @@ class Event(Record):
     False
     """
 
+    applies: ClassVar = (
+        Rule(("restitution",), needs=("impacts",)),
+        Rule(("once",), needs=("activates", "deactivates", "impacts")),
+    )
     name: str
     when: str | Callable[[float, Any], float]
     direction: int = 0
@@ -68,6 +73,7 @@ class Event(Record):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         for name in set(self.activates) & set(self.deactivates):
             raise InputError(f"event {self.name!r} activates and deactivates closure {name!r}; choose one of both")
+        refuse_idle(self, f"event {self.name!r}: ")
         super().__post_init__()
 
     @property

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.records import Record
@@ -42,6 +44,9 @@ class Water(Record):
     (array([1.5, 0. , 0. ]), array([1., 0., 0.]))
     """
 
+    applies: ClassVar = (
+        Rule(("up", "surface"), needs=("depths",), advice="it places the depths of the current, so leave it out"),
+    )
     density: float = 1025.0
     current: np.ndarray = field(default_factory=lambda: np.zeros(3))
     depths: np.ndarray = field(default_factory=lambda: np.zeros(1))
@@ -61,6 +66,7 @@ class Water(Record):
         up = np.asarray(self.up, dtype=float)
         if up.shape != (3,) or not np.linalg.norm(up) > 0:
             raise InputError(f"water: up {up.tolist()} has no direction")
+        refuse_idle(self, "water: ")
         for key, value in (("depths", depths), ("current", current), ("up", up / np.linalg.norm(up))):
             object.__setattr__(self, key, value)
         super().__post_init__()

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.joint_element import HingeElement
-from modalprep.multibody.model.joint_types import JOINT_TYPES, ROTATIONS, SCALARS, SPEEDS, TRANSLATIONS, JointType
+from modalprep.multibody.model.joint_types import (
+    AT_INTERFACE,
+    JOINT_TYPES,
+    ROTATIONS,
+    SCALARS,
+    SPEEDS,
+    TRANSLATIONS,
+    JointType,
+)  # fmt: skip
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import as_rotation
 
-STARTS = {"angle": ROTATIONS, "rate": ROTATIONS, "displacement": TRANSLATIONS, "speed": TRANSLATIONS}
-FREE_STARTS = ("velocity", "angular_velocity")
+STARTS = {
+    "angle": ROTATIONS, "rate": ROTATIONS, "displacement": TRANSLATIONS, "speed": TRANSLATIONS,
+    "velocity": {"free": 3}, "angular_velocity": {"free": 3, "spherical": 3},
+}  # fmt: skip
+VECTORS = ("velocity", "angular_velocity")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,6 +85,14 @@ class Joint(Record):
     array([0., 0., 1.])
     """
 
+    applies: ClassVar = (
+        Rule(("axis",), needs=("type",), among=tuple(ROTATIONS | TRANSLATIONS)),
+        Rule(("second_axis",), needs=("type",), among=tuple(name for name, x in JOINT_TYPES.items() if x.second_axis)),
+        Rule(("pitch",), needs=("type",), among=("screw",)),
+        Rule(("position",), needs=("parent", "type"), among=("ground", "free"), advice=AT_INTERFACE),
+        Rule(("keep_start",), needs=("type",), among=tuple(name for name, count in SPEEDS.items() if count)),
+        Rule((*STARTS, "keep_start"), beside=("motion",), advice="the motion says where the joint is at the start"),
+    )
     name: str
     type: JointType
     parent: str
@@ -95,10 +115,10 @@ class Joint(Record):
     def __post_init__(self) -> None:
         """Normalise the axes and check the values."""
         refuse_unknown(self.type, SCALARS, f"joint {self.name!r}: type")
+        self._check_starts()
         axis = self._direction("axis")
         if JOINT_TYPES[self.type].second_axis:
             object.__setattr__(self, "second_axis", self._second(axis))
-        self._check_starts()
         object.__setattr__(self, "axis", axis)
         object.__setattr__(self, "rotation", as_rotation(self.rotation, f"joint {self.name!r}: rotation"))
         self._check_pitch()
@@ -146,13 +166,13 @@ class Joint(Record):
         return self.axis, second, np.cross(self.axis, second)
 
     def _check_starts(self) -> None:
+        refuse_idle(self, f"joint {self.name!r}: ")
         for key, counts in STARTS.items():
             self._refuse_count(key, counts.get(self.type, 0))
 
     def _check_pitch(self) -> None:
-        if (self.type == "screw") != (self.pitch != 0.0):
-            needs = "needs a pitch (m for each turn)" if self.type == "screw" else "has no pitch; it belongs to a screw"
-            raise InputError(f"joint {self.name!r}: a {self.type} joint {needs}")
+        if self.type == "screw" and self.pitch == 0.0:
+            raise InputError(f"joint {self.name!r}: a screw joint needs a pitch (m for each turn)")
 
     def _check_motion(self) -> None:
         if isinstance(self.motion, list | tuple):
@@ -209,15 +229,19 @@ class Joint(Record):
 
     def _refuse_count(self, key: str, count: int) -> None:
         value = getattr(self, key)
-        if isinstance(value, int | float) and (count or not value):
+        if isinstance(value, int | float) and not value:
             return
         value = np.asarray(value, dtype=float)
-        if np.any(value) and count == 0:
-            raise InputError(f"joint {self.name!r}: a {self.type} joint has no {key}")
-        if value.shape not in ((), (count,)):
+        if count == 0 and np.any(value):
+            own = [name for name, counts in STARTS.items() if self.type in counts]
+            has = f"; it starts with {', '.join(own)}" if own else ""
+            raise InputError(f"joint {self.name!r}: a {self.type} joint has no {key}{has}")
+        if count and value.shape not in ((count,), (count,) if key in VECTORS else ()):
             raise InputError(f"joint {self.name!r}: {key} {value.tolist()} must be {count} number(s)")
+        if not np.all(np.isfinite(value)):
+            raise InputError(f"joint {self.name!r}: {key} {value.tolist()} must be finite")
 
 
 GEOMETRY = tuple(
-    each.name for each in fields(Joint) if each.name not in (*STARTS, *FREE_STARTS, "keep_start", "elements")
+    each.name for each in fields(Joint) if each.name not in (*STARTS, "keep_start", "elements")
 )  # fields that are the same of joints that move alike

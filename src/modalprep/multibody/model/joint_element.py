@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
@@ -43,6 +45,7 @@ class HingeElement(Record):
     (0.0, 1.0, -0.0)
     """
 
+    applies: ClassVar = (Rule(("limit_stiffness", "limit_damping"), needs=("lower", "upper")),)
     stiffness: float = 0.0
     free_position: float = 0.0
     damping: float = 0.0
@@ -56,6 +59,7 @@ class HingeElement(Record):
 
     def __post_init__(self) -> None:
         """Check the constants."""
+        refuse_idle(self)
         for name in ("stiffness", "damping", "friction", "limit_stiffness", "limit_damping"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"{name} = {getattr(self, name):g} must not be negative")

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple
 JointType = Literal[
     "weld", "revolute", "prismatic", "screw", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
 ]
+AT_INTERFACE = "the interface of the parent is its place, so leave it out"
 TRAVEL, TURN, SCREW = "travel", "turn", "screw"
 FIRST, SECOND, NORMAL = range(3)  # `axis`, `second_axis`, the normal of both
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.model.depletion import ExpelledGas
@@ -15,12 +16,14 @@ from modalprep.multibody.model.environment import CentralGravity, Conductor
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, check_rod
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import find_interface, refuse_unknown
+from modalprep.suggest import find_interface, refuse_name, refuse_unknown
 from modalprep.vectors import as_rotation
 
 GROUND = "ground"
+ROUNDING = 1e-9  # of a sum of fractions
 ZERO = (0.0, 0.0, 0.0)
 Axes = Literal["inertial", "body"]
+ON_GROUND = "it is that of an end on the ground, so leave it out"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -105,6 +108,7 @@ class TwoEnded(Record):
         What messages call it.
     """
 
+    applies: ClassVar[tuple[Rule, ...]] = ()
     name: str
     between: tuple[str, str]
     noun: ClassVar[str] = "element"
@@ -115,6 +119,7 @@ class TwoEnded(Record):
             ends = " and ".join(self.between)
             raise InputError(f"{self.noun} {self.name!r}: joins {ends}; name two different ends")
         object.__setattr__(self, "between", tuple(self.between))
+        refuse_idle(self, f"{self.noun} {self.name!r}: ")
         super().__post_init__()
 
 
@@ -144,6 +149,7 @@ class AxialSpring(TwoEnded):
     0.0
     """
 
+    applies: ClassVar = (Rule(("position",), needs=("between",), among=(GROUND,), advice=ON_GROUND),)
     stiffness: float = 0.0
     damping: float = 0.0
     free_length: float = 0.0
@@ -191,6 +197,7 @@ class Bushing(TwoEnded):
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
 
+    applies: ClassVar = (Rule(("position", "rotation"), needs=("between",), among=(GROUND,), advice=ON_GROUND),)
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
     damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
     free_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -265,7 +272,9 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
     """Refuse loads on unknown bodies or interfaces, and a second central gravity field."""
     if sum(isinstance(load, CentralGravity) for load in loads) > 1:
         raise InputError("a system has at most one central gravity field")
+    _refuse_more_than_lost([load for load in loads if isinstance(load, ExpelledGas)])
     for load in loads:
+        refuse_name(getattr(load, "name", "gravity"), "load")
         if isinstance(load, PointForce | Conductor):
             _refuse_ground(bodies, load)
         if isinstance(load, TwoEnded):
@@ -279,6 +288,17 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
             raise InputError(f"gas {load.name!r} has the ground on its flow path; name 'body.interface'")
         if isinstance(load, ImmersedRod):
             check_rod(bodies, load)
+
+
+def _refuse_more_than_lost(jets: list[ExpelledGas]) -> None:
+    """Refuse jets through which more mass leaves than their body loses."""
+    for source in {id(jet.source): jet.source for jet in jets}.values():
+        shares = {jet.name: jet.mass_fraction for jet in jets if jet.source is source}
+        if sum(shares.values()) > 1 + ROUNDING:
+            named = " and ".join(map(repr, shares))
+            raise InputError(
+                f"gas {named}: the mass fractions of one source add up to {sum(shares.values()):g}, above 1"
+            )
 
 
 def _refuse_ground(bodies: Mapping[str, FlexibleBody], load: PointForce | Conductor) -> None:

@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 import scipy
 
+from modalprep.applies import Rule
 from modalprep.errors import InputError
-from modalprep.multibody.model.loads import TwoEnded
+from modalprep.multibody.model.loads import GROUND, ON_GROUND, TwoEnded
 from modalprep.vectors import as_rotation
 
 
@@ -59,6 +60,7 @@ class RotationalSpring(TwoEnded):
     [-9.0, 0.0, 0.0, 9.0]
     """
 
+    applies: ClassVar = (Rule(("rotation",), needs=("between",), among=(GROUND,), advice=ON_GROUND),)
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     stiffness: float = 0.0
     damping: float = 0.0

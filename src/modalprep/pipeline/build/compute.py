@@ -23,7 +23,7 @@ from modalprep.pipeline.build.described import model_tables
 from modalprep.pipeline.build.energies import energy_tables
 from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.model import checked_model, pipeline_recovery, pipeline_stress, read_pipeline_mesh
-from modalprep.pipeline.build.reduce import reduce_model, target_damping
+from modalprep.pipeline.build.reduce import implausible_ratios, reduce_model, target_damping
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
@@ -74,12 +74,20 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         name = pipeline.name or path.stem
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
-        body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))
+        damping = target_damping(pipeline.reduction.damping)
+        body = body.with_(D=modal_damping(body, damping))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    notes = (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale), *_slower(model.K.shape[0]))
+    notes = (
+        *model.notes,
+        *reduction.notes,
+        *said,
+        *implausible_ratios(damping),
+        *_unit_warnings(body, mesh.scale),
+        *_slower(model.K.shape[0]),
+    )
     followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to)
     return Built(body, file, checks, notes, error, tables, followed)
 
@@ -96,11 +104,17 @@ def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, ca
     with naming(path), reporter.progress(f"{path.name}: {table.file} to modal body", 1) as done:
         body = read_supplied(path, table)
         body = body.with_(name=pipeline.name or path.stem, provenance=body.provenance | inputs(path, pipeline))
+        damping = 0.0 if table.damping is None else target_damping(table.damping)
         if table.damping is not None:
-            body = body.with_(D=modal_damping(body, target_damping(table.damping)))
+            body = body.with_(D=modal_damping(body, damping))
         done(1)
     lost = (f"the file does not hold {note}" for note in notes_of(body))
-    return Built(body, file, check_body(body), (*lost, *_unit_warnings(body, LENGTH_UNITS[table.length_unit])))
+    return Built(
+        body,
+        file,
+        check_body(body),
+        (*lost, *implausible_ratios(damping), *_unit_warnings(body, LENGTH_UNITS[table.length_unit])),
+    )
 
 
 def _unit_warnings(body: FlexibleBody, scale: float) -> list[str]:

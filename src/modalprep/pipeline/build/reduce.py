@@ -107,3 +107,18 @@ def target_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
     if len(points) < len(given):
         raise InputError("damping gives two ratios at one frequency; keep one")
     return points
+
+
+def implausible_ratios(given: Ratio | Rayleigh) -> tuple[str, ...]:
+    """Return a note where a damping ratio is above critical; Rayleigh's rises with the frequency, and has none.
+
+    Examples
+    --------
+    >>> implausible_ratios(50.0)
+    ('the damping ratio 50 is implausible (0 to 1, which is critical): a ratio of 0.5 is 50 %',)
+    """
+    if isinstance(given, Rayleigh):
+        return ()
+    largest = float(np.max(list(given.values()) if isinstance(given, Mapping) else given, initial=0.0))
+    text = f"the damping ratio {largest:g} is implausible (0 to 1, which is critical): a ratio of {largest / 100:g} is"
+    return (f"{text} {largest:g} %",) if largest > 1 else ()

@@ -12,7 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import current_body, output_folder, read_bodies
-from modalprep.pipeline.build.reduce import target_damping
+from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
@@ -55,6 +55,7 @@ class Synthesised:
                 f"represent at least {100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
             )
         if self.damping is not None:
+            said += implausible_ratios(self.damping.target)
             given = self.damping.target > 0
             share = self.damping.achieved[given] / self.damping.target[given]
             said.append(

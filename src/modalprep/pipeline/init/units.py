@@ -57,7 +57,7 @@ def read_with_units(path: Path, length_unit: str | None, mass_unit: str | None, 
     InputError
         As `read_mesh` raises it.
     """
-    refuse_units(length_unit or "m", mass_unit)
+    refuse_units(length_unit or "m", mass_unit, path)
     if path.suffix.lower() in CAD:
         return _cad(path, length_unit, size)
     if size is not None:

@@ -12,7 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.responsefile import write_response
 from modalprep.pipeline.build.build import stand_in
-from modalprep.pipeline.build.reduce import target_damping
+from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.responses.notches import excess, lowered, notched_input, with_limited
@@ -119,6 +119,8 @@ def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> tuple[Re
     """Return the response of a body that a table asks for, and its notches; its files are relative to `folder`."""
     inputs = table.inputs(folder)
     response = _driven_by(inputs, table, body, table.axis if isinstance(table, HarmonicTable) else None)
+    said = () if table.damping is None else implausible_ratios(target_damping(table.damping))
+    response = response.with_(notes=(*response.notes, *said))
     if not isinstance(table, Limited) or not table.notch:
         return response, None
     cut = notched_input(table, response, body, folder)

@@ -174,6 +174,8 @@ class EnsembleTable(Table):
         lengths = {name: len(values) for name, values in self.parameters.items() if isinstance(values, list)}
         if self.cases is None and not lengths:
             raise ValueError("an ensemble of distributions needs the number of 'cases'")
+        if len(lengths) == len(self.parameters) and (self.seed or self.sampling != "random"):
+            raise ValueError("'seed' and 'sampling' have no effect without a distribution; leave them out")
         for name, length in lengths.items():
             if length != self.count:
                 raise ValueError(f"{name!r} has {length} values, but there are {self.count} cases; give one for each")

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.suggest import suggestion
 
@@ -37,8 +38,9 @@ def first_message(error: ValidationError) -> str:
 
 
 class Table(BaseModel):
-    """A TOML table that refuses keys it does not know."""
+    """A TOML table that refuses keys that it does not know, and those that have no effect beside the others."""
 
+    applies: ClassVar[tuple[Rule, ...]] = ()
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True, defer_build=True)
 
     @model_validator(mode="before")
@@ -48,6 +50,11 @@ class Table(BaseModel):
             if key not in cls.model_fields:
                 raise ValueError(f"unknown key {key!r}; {suggestion(key, cls.model_fields, 'known are')}")
         return data
+
+    @model_validator(mode="after")
+    def _effective_keys(self) -> Self:
+        refuse_idle(self)
+        return self
 
 
 class ReferenceTable(Table):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from modalprep.applies import Rule
 from modalprep.multibody.model.events import Event
 from modalprep.pipeline.schema.base import Table, Vector
 from modalprep.pipeline.schema.quantities import (
@@ -32,6 +33,8 @@ Rate = Annotated[MassFlow, Field(ge=0)] | list[PieceTable]
 class LevelTable(Table):
     """A body at another fill level: a rigid body, scaled densities, or a modal file with the same modes."""
 
+    applies: ClassVar = (Rule(("centre", "inertia"), needs=("mass",), advice="it is that of a rigid body"),)
+
     mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
@@ -42,8 +45,6 @@ class LevelTable(Table):
     def _one_source(self) -> LevelTable:
         if sum(source is not None for source in (self.mass, self.density_factor, self.file)) != 1:
             raise ValueError("a fill level needs either 'mass', 'density_factor' or 'file'")
-        if self.mass is None and self.model_fields_set & {"centre", "inertia"}:
-            raise ValueError("centre and inertia are those of a rigid body, which has a 'mass'")
         return self
 
 
@@ -79,7 +80,7 @@ class JetTable(Table):
     depletion: str = Field(description="the depletion that supplies the gas")
     speed: Velocity = Field(ge=0, description="exhaust velocity, m/s")
     axis: Vector = Field(description="direction of the exhaust, in the axes of the exit, opposite to the thrust")
-    mass_fraction: float = Field(1.0, ge=0, description="of the mass lost that leaves through this exit")
+    mass_fraction: float = Field(1.0, ge=0, le=1, description="of the mass lost that leaves through this exit")
     pressure: Force = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
     flow_path: list[str] = Field(
         [],

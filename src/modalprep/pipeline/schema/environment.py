@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from modalprep.applies import Rule
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
 from modalprep.pipeline.schema.base import Table, Vector
 from modalprep.pipeline.schema.quantities import (
@@ -27,6 +28,8 @@ Three = Annotated[list[str | float], Field(min_length=3, max_length=3)]
 
 class ControlTable(Table):
     """A control law: expressions of t and of channels."""
+
+    applies: ClassVar = (Rule(("axes",), needs=("force", "torque")),)
 
     at: str = Field(description="'body.interface', or a joint")
     force: Annotated[Three | None, or_expression("N")] = Field(
@@ -77,6 +80,10 @@ class DipoleTable(Table):
 
 class OrbitTable(Table):
     """Circular orbit of the ground: x up, y along the flight, z normal to the orbit."""
+
+    applies: ClassVar = (
+        Rule(("mu",), beside=("rate",), advice="give the rate, or mu with the altitude or the radius"),
+    )
 
     altitude: Length | None = Field(None, description="above the equator of the Earth, m")
     radius: Length | None = Field(None, gt=0, description="instead, m")

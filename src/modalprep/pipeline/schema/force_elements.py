@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from modalprep.applies import Rule
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.model.environment import Conductor
@@ -59,6 +60,13 @@ class Scope(NamedTuple):
 
 class ForceTable(Table):
     """A force on an interface, or distributed over the points of a body."""
+
+    applies: ClassVar = (
+        Rule(("axes",), needs=("force", "torque")),
+        Rule(("torque",), needs=("at",), advice="a torque acts on an interface: give 'at' instead of 'body'"),
+        Rule(("factor",), needs=("body",), advice="each component of a force 'at' a place may depend on time"),
+        Rule(("box",), needs=("body",), advice="name the body over whose points the force is distributed by 'body'"),
+    )
 
     at: str | None = Field(None, description="'body.interface'")
     body: str | None = Field(None, description="instead: body over whose mesh points the force is distributed equally")
@@ -108,6 +116,11 @@ class ForceTable(Table):
 class AxialSpringTable(Table):
     """An axial spring and damper between two points."""
 
+    applies: ClassVar = (
+        Rule(("free_length",), needs=("stiffness", "tension_only")),
+        Rule(("tension_only",), needs=("stiffness", "damping")),
+    )
+
     between: Ends = Field(description=ENDS)
     stiffness: Stiffness = Field(0.0, ge=0, description="N/m")
     damping: Damping = Field(0.0, ge=0, description="N s/m")
@@ -125,6 +138,11 @@ class AxialSpringTable(Table):
 
 class BushingTable(Table):
     """Six springs and dampers between two frames, in the axes of the first."""
+
+    applies: ClassVar = (
+        Rule(("free_position", "free_rotation"), needs=("stiffness",)),
+        Rule(("position", "rotation"), needs=("stiffness", "damping")),
+    )
 
     between: Ends = Field(description=ENDS)
     stiffness: six(AnyStiffness) = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
@@ -147,6 +165,7 @@ class CharacteristicTable(PointsOrFile):
     """Torques at angles, by which a monotone cubic goes; straight on beyond the last ones."""
 
     what = "a characteristic"
+    units = (("rad",), ("N m",))
     angle: list[Angle] | None = Field(None, description="rad, increasing")
     torque: list[Moment] | None = Field(None, description="N m, against the angle")
     file: str | None = Field(None, description="CSV file with a row 'angle, torque' for each point, instead")
@@ -156,6 +175,7 @@ class DampingTable(PointsOrFile):
     """Torques at rates, likewise."""
 
     what = "a damping characteristic"
+    units = (("rad/s",), ("N m",))
     rate: list[AngularVelocity] | None = Field(None, description="rad/s, increasing")
     torque: list[Moment] | None = Field(None, description="N m, against the rate")
     file: str | None = Field(None, description="CSV file with a row 'rate, torque' for each point, instead")
@@ -163,6 +183,8 @@ class DampingTable(PointsOrFile):
 
 class RotationalSpringTable(Table):
     """A rotational spring and damper about an axis of the first of two interfaces."""
+
+    applies: ClassVar = (Rule(("free_angle",), needs=("stiffness", "characteristic")),)
 
     between: Ends = Field(description=ENDS)
     axis: Vector = Field([0.0, 0.0, 1.0], description="in the axes of the first")

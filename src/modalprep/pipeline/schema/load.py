@@ -83,8 +83,8 @@ def _message(path: Path, text: str, error: ValidationError) -> str:
     first = error.errors()[0]
     keys = _keys(first, tomllib.loads(text))
     message = first_message(error)
-    unknown = re.match(r"unknown key '(.+?)'", message)
-    line = _line(text, [*keys, unknown[1]] if unknown else keys)
+    named = re.match(r"(?:unknown key )?'(.+?)'(?: has no effect|;)", message)
+    line = _line(text, [*keys, *named[1].split(".")] if named else keys)
     where = f"{path}, line {line}" if line else str(path)
     table = f"[{'.'.join(keys)}]: " if keys else ""
     more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from modalprep.applies import Rule
 from modalprep.formats.export import EXPORTS
 from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable, SensitivitiesTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
@@ -22,7 +23,7 @@ from modalprep.pipeline.schema.fe import (
     SupportTable,
 )
 from modalprep.pipeline.schema.film import FilmTable
-from modalprep.pipeline.schema.force_elements import ForceElements
+from modalprep.pipeline.schema.force_elements import NOUNS, ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
@@ -50,6 +51,13 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "chains": "chain",
     "beams": "beam",
     "deployments": "deployment",
+    "depletions": "depletion",
+    "jets": "jet",
+    "controls": "control",
+    "connections": "connection",
+    "supports": "support",
+    "loads": "load",
+    **{field: noun for field, noun in NOUNS.items()},
     "closures": "closure",
     "couplers": "coupler",
     "events": "event",
@@ -57,6 +65,11 @@ NAMED = {  # tables whose keys are names that channels, references and files car
 IN_MESH_UNIT = ("mesh", "interfaces", "connections", "supports", "stress", "recovery", "loads")
 BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
+OF_A_BODY = ("materials", "properties", "connections", "interfaces", "supports", "loads", "reduction", "output.export")
+OF_A_SYSTEM = (
+    "joints", "chains", "beams", "deployments", "controls", "closures", "couplers", "depletions", "jets", "environment",
+    *ForceElements.model_fields,
+)  # fmt: skip
 
 
 class OutputTable(Table):
@@ -93,6 +106,14 @@ class Pipeline(ForceElements):
     20
     """
 
+    applies: ClassVar = (
+        Rule(OF_A_BODY, needs=("mesh", "matrices", "body"), advice="add the [mesh], or leave it out"),
+        Rule(OF_A_SYSTEM, needs=("simulation", "analysis"), advice="add one of them, or leave it out"),
+        Rule(("bodies",), needs=("simulation", "analysis", "synthesis"), advice="add one of them, or leave it out"),
+        Rule(("plots", "film", "output.film"), needs=("simulation",)),
+        Rule(("environment.water",), needs=("immersed",), advice="list the bodies in the water under [immersed]"),
+        Rule(("environment.orbit.dipole",), needs=("conductors",)),
+    )
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
     matrices: MatricesTable | None = Field(None, description="instead of [mesh] and its properties")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from modalprep.applies import Rule
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.properties.points import PointMass, Spring
@@ -145,6 +146,11 @@ class ShapeTable(Table):
 class BeamTable(Table):
     """Section of a group of line cells, SI: `section`, or A, Iy, Iz and J."""
 
+    applies: ClassVar = (
+        Rule(("ky", "kz"), needs=("theory",), among=("timoshenko",)),
+        Rule(("nsm",), beside=("taper",), advice="the last number of each row of the taper is the further mass there"),
+    )
+
     type: Literal["beam"]
     material: str
     section: ShapeTable | None = Field(None, description="a standard shape instead of A, Iy, Iz, J, ky, kz")
@@ -215,6 +221,11 @@ class PlyTable(Table):
 
 class ShellTable(Table):
     """Sheet or laminate of a group of triangles and quads."""
+
+    applies: ClassVar = (
+        Rule(("material", "thickness"), beside=("plies",), advice="each ply has its own; leave it out"),
+        Rule(("symmetric",), needs=("plies",)),
+    )
 
     type: Literal["shell"]
     material: str | None = None

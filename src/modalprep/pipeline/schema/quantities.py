@@ -144,6 +144,17 @@ def quantity(*units: str) -> Any:
     return Annotated[float, BeforeValidator(read), TEXT_TOO]
 
 
+def with_gravity(text: str) -> str:
+    """Return a text in which g is the acceleration, not the gram.
+
+    Examples
+    --------
+    >>> with_gravity("0.5 g^2/Hz")
+    '0.5 gee^2/Hz'
+    """
+    return re.sub(r"(?<![A-Za-z])g(?![A-Za-z])", "gee", text)
+
+
 def level(value: float | str, unit: str, given: str | None) -> float:
     """Return a number in the SI unit `unit`: of a text, or of a number in the unit `given`; g is the acceleration.
 
@@ -160,7 +171,7 @@ def level(value: float | str, unit: str, given: str | None) -> float:
     if given is None and not isinstance(value, str):
         return float(value)
     text = value if isinstance(value, str) else f"{float(value)!r} {given}"
-    found = in_si(re.sub(r"(?<![A-Za-z])g(?![A-Za-z])", "gee", text), (unit,))
+    found = in_si(with_gravity(text), (unit,))
     if found is None:
         raise ValueError(f"{text!r} is no number with a unit of {unit}; {_advice((unit,))}")
     return found

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from modalprep.applies import Rule
 from modalprep.pipeline.schema.base import Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
 from modalprep.pipeline.schema.quantities import (
@@ -63,6 +64,11 @@ TargetError = Annotated[
 
 class ReductionTable(Table):
     """Reduction of the body."""
+
+    applies: ClassVar = (
+        Rule(("modes", "keep", "target_error"), needs=("method",), among=("craig_bampton", "free_interface")),
+        Rule(("truncation_vectors",), needs=("method",), among=("craig_bampton",)),
+    )
 
     method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
         "craig_bampton",
@@ -214,6 +220,8 @@ class PlacementTable(Table):
 
 class SynthesisTable(Table):
     """Component mode synthesis: modes of the [bodies] that [welds] join."""
+
+    applies: ClassVar = (Rule(("tolerance",), needs=("project",)),)
 
     modes: int = Field(10, ge=1, description="number of system modes, rigid-body modes included")
     placement: dict[str, PlacementTable] = Field(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from modalprep.multibody.model.constraints import ClosureType
+from modalprep.applies import Rule
+from modalprep.body.rigid import refuse_impossible_inertia
+from modalprep.multibody.model.constraints import WITH_AXIS, WITH_FRICTION, ClosureType
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema import quantities
 from modalprep.pipeline.schema.base import Table, Vector
@@ -30,22 +32,27 @@ from modalprep.pipeline.schema.quantities import (
 from modalprep.pipeline.schema.reduction import BODY_FILE, RotationTable, SourceTable
 from modalprep.pipeline.schema.time import TIME, Time, form
 
-INERTIA_ROUNDING = 1e-6
 END = "'body.interface' or 'ground'"
 EACH = "; a list for a joint with several coordinates, translations before rotations"
 
 
-def _three_or_six(inertia: list[float]) -> list[float]:
+def _possible(inertia: list[float]) -> list[float]:
     if len(inertia) not in (3, 6):
         raise ValueError(f"inertia has {len(inertia)} numbers; give xx, yy, zz, or also xy, xz, yz")
+    refuse_impossible_inertia(inertia_tensor(inertia))
     return inertia
 
 
-Inertia = Annotated[list[quantities.Inertia], AfterValidator(_three_or_six)]
+Inertia = Annotated[list[quantities.Inertia], AfterValidator(_possible)]
 
 
 class BodyTable(SourceTable):
     """A body of the system: a file, the pipeline that builds it, or a rigid body."""
+
+    applies: ClassVar = (
+        Rule(("centre", "inertia", "interfaces"), needs=("mass",), advice="it is that of a rigid body"),
+        Rule(("length_unit", "mass_unit", "root"), needs=("file",), advice="it is that of a body with a file"),
+    )
 
     file: str | None = Field(None, description=BODY_FILE)
     pipeline: str | None = Field(None, description="pipeline file, run if its modal file is missing or outdated")
@@ -62,20 +69,6 @@ class BodyTable(SourceTable):
     def _one_source(self) -> BodyTable:
         if sum(source is not None for source in (self.file, self.pipeline, self.mass)) != 1:
             raise ValueError("a body needs either 'file', 'pipeline' or, if it is rigid, 'mass'")
-        if self.mass is None and self.model_fields_set & {"centre", "inertia", "interfaces"}:
-            raise ValueError("centre, inertia and interfaces are those of a rigid body, which has a 'mass'")
-        if self.file is None and self.model_fields_set & {"length_unit", "mass_unit", "root"}:
-            raise ValueError("length_unit, mass_unit and root are those of a body with a 'file'")
-        return self
-
-    @model_validator(mode="after")
-    def _possible_inertia(self) -> BodyTable:
-        size = np.linalg.eigvalsh(inertia_tensor(self.inertia))
-        if 2 * size.max() > size.sum() * (1 + INERTIA_ROUNDING):
-            raise ValueError(
-                f"inertia {self.inertia} is physically impossible: of its principal moments {size.round(6).tolist()} "
-                "the largest exceeds the sum of the others"
-            )
         return self
 
 
@@ -122,6 +115,8 @@ class FrictionTable(Table):
 class LimitsTable(Table):
     """One-sided springs that keep a coordinate within limits."""
 
+    applies: ClassVar = (Rule(("stiffness",), needs=("lower", "upper"), advice="give one of them, or both"),)
+
     lower: Coordinate | None = Field(None, description="m or rad")
     upper: Coordinate | None = Field(None, description="m or rad")
     stiffness: AnyStiffness = Field(gt=0, description="N/m or N m/rad")
@@ -141,6 +136,8 @@ Friction = Annotated[
 
 class HingeTable(Table):
     """Type, geometry, motion and forces of a joint."""
+
+    applies: ClassVar = (Rule(("free_position",), needs=("stiffness",)),)
 
     type: JointType
     axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint")
@@ -187,6 +184,12 @@ THEORY = (
 class ClosureTable(Table):
     """A joint or a condition that closes a loop of the tree, or connects a body to the ground."""
 
+    applies: ClassVar = (
+        Rule(("axis",), needs=("type",), among=(*WITH_AXIS, *WITH_FRICTION)),
+        Rule(("rotation",), needs=("type",), among=("weld", *WITH_AXIS)),
+        Rule(("transition_velocity",), needs=("friction_coefficient",)),
+    )
+
     type: ClosureType = Field(description="a joint, or point_on_line, point_on_plane, distance, position")
     a: str = Field(description=END)
     b: str = Field("ground", description=END)
@@ -218,6 +221,12 @@ class CouplerTable(Table):
 class SimulationTable(Table):
     """Time integration of the system."""
 
+    applies: ClassVar = (
+        Rule(("atol", "method", "max_step", "shortest_event"), needs=("variables",), among=("joint",)),
+        Rule(("compare_conventional",), needs=("geometric_stiffness",), among=(True,)),
+        Rule(("compare_conventional",), needs=("theory",), among=(None, "consistent", "ruthless")),
+    )
+
     t_end: Duration = Field(gt=0, description="s")
     output_step: Duration = Field(0.01, gt=0, description="s")
     rtol: float = Field(1e-5, ge=1e-13, le=1e-2, description="relative tolerance")
@@ -242,14 +251,6 @@ class SimulationTable(Table):
     def _one_theory(self) -> SimulationTable:
         if not self.geometric_stiffness and self.theory == "consistent":
             raise ValueError("geometric_stiffness = false contradicts theory = 'consistent'; leave one of them out")
-        return self
-
-    @model_validator(mode="after")
-    def _one_way(self) -> SimulationTable:
-        given = [key for key in ("max_step", "shortest_event") if getattr(self, key) is not None]
-        given += ["method"] if self.method != "auto" else []
-        if self.variables != "joint" and given:
-            raise ValueError(f"variables = {self.variables!r} are integrated explicitly; leave out {given[0]}")
         return self
 
     @property

@@ -8,12 +8,11 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import Table, naming
+from modalprep.pipeline.schema.columns import points_of_file
 from modalprep.pipeline.schema.quantities import TEXT_TOO, Angle, Duration, Frequency, level
 from modalprep.response.inputs import DECIBEL, Spectrum
-from modalprep.suggest import refuse_missing
 
 Level = Annotated[float, Field(strict=True)] | Annotated[str, TEXT_TOO]
 
@@ -29,6 +28,7 @@ class PointsOrFile(Table):
     """Two columns of numbers, or a CSV file with them."""
 
     what: ClassVar[str]
+    units: ClassVar[tuple[tuple[str, ...], tuple[str, ...]]]  # of both columns
     file: str | None = None
 
     @model_validator(mode="after")
@@ -42,7 +42,7 @@ class PointsOrFile(Table):
     def columns(self, folder: Path) -> tuple[Any, Any]:
         """Return both columns; a file is relative to `folder`."""
         if self.file is not None:
-            return points_of_file(folder / self.file)
+            return points_of_file(folder / self.file, self.units)
         first, second = (getattr(self, name) for name in self._columns())
         return first, second
 
@@ -56,6 +56,7 @@ class PointsTable(PointsOrFile):
     """A function of time as straight lines between points; a time named twice is a jump."""
 
     what = "a table of time"
+    units = (("s",), ())
     t: list[Duration] | None = Field(None, description="s")
     values: list[float] | None = None
     file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
@@ -102,7 +103,7 @@ class CurveTable(Table):
     def spectrum(self, units: str, folder: Path) -> Spectrum:
         """Return the spectrum in SI; a file is relative to `folder`."""
         if self.file is not None:
-            frequency, values = points_of_file(folder / self.file)
+            frequency, values = points_of_file(folder / self.file, (("Hz",), None if self.unit else (units,)))
         else:
             frequency, values = self.frequency, self.values
         levels = [x if _is_slope(x) else level(x, units, self.unit) for x in values]
@@ -174,21 +175,3 @@ def pieces(tables: list[PieceTable]) -> list[tuple[float, Any]]:
 def has_several_values(value: Any) -> bool:
     """Whether a key has a value for each coordinate, not a single one in pieces."""
     return isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
-
-
-def points_of_file(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two columns of a CSV file, with or without a header."""
-    refuse_missing(path, "table of points")
-    lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    try:
-        rows = [[float(word) for word in line.split(",")] for line in lines[_header(lines) :] if line.strip()]
-        t, values = np.array(rows, dtype=float).reshape(len(rows), 2).T
-    except ValueError:
-        raise InputError(f"table of points {path}: needs rows of two numbers") from None
-    return t, values
-
-
-def _header(lines: list[str]) -> int:
-    """Return 1 when the first line is a header."""
-    first = lines[0].split(",")[0].strip() if lines else ""
-    return int(bool(first) and not first.lstrip("+-.")[:1].isdigit())

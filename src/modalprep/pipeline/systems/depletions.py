@@ -43,6 +43,12 @@ def _depletion(
     name: str, table: DepletionTable, body: FlexibleBody, source: BodyTable | None, folder: Path
 ) -> Depletion:
     levels = tuple(_level(level, body, source, folder) for level in (table.empty, *table.intermediate))
+    for level in levels[1:]:
+        if not levels[0].m < level.m < body.m:
+            raise InputError(
+                f"an intermediate level has {level.m:g} kg; it must lie between the empty body's {levels[0].m:g} kg "
+                f"and the full one's {body.m:g} kg"
+            )
     mass = time_function("mass", table.mass, folder) or _depleted(table, body.m, levels[0].m)
     return Depletion(name=name, body=table.body, levels=levels, mass=mass)
 

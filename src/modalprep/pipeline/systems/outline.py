@@ -23,10 +23,11 @@ from modalprep.pipeline.build.build import read_bodies, stand_in
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
+from modalprep.pipeline.schema.film import FilmTable
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of
-from modalprep.suggest import matching
+from modalprep.suggest import matching, refuse_unknown
 
 OF_MODES = (  # channels of a body that its stand-in does not have
     "modal", "stress", "mass", "recovery", "interface_loads", "modal_rate", "modal_acceleration", "frame_acceleration",
@@ -111,8 +112,19 @@ def refuse_channels(
             for name in table.channels if table.response is None else ():
                 if not (_waits(name, made) or matching(known.table(), name)):
                     known[name]
+        if isinstance(system, System):
+            _refuse_film(pipeline.film, system)
         if pipeline.ensemble is not None:
             Parameters(system, list(pipeline.ensemble.parameters))
+
+
+def _refuse_film(table: FilmTable, system: System) -> None:
+    """Refuse bodies and interfaces of a film that are not there, also where none is drawn."""
+    for key, names in (("follow", [table.follow] if table.follow else []), ("boxes", table.boxes)):
+        for name in names:
+            refuse_unknown(name, system.bodies, f"[film] {key}: body")
+    for trail in table.trails:
+        locate(system.bodies, trail, "[film] trails")
 
 
 def _channels(table: SimulationTable, system: System | DeployingSystem) -> Result:

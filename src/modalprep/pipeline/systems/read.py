@@ -18,6 +18,7 @@ from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import rotation_matrix
 from modalprep.pipeline.schema.system import JointTable, Theory
+from modalprep.pipeline.systems.angles import implausible_angles
 from modalprep.pipeline.systems.constraints import read_closures
 from modalprep.pipeline.systems.depletions import read_depletions
 from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, read_deployment, read_loads, read_orbit
@@ -68,7 +69,7 @@ def system_of(pipeline: Pipeline, path: Path, bodies: dict[str, FlexibleBody]) -
         if pipeline.deployments:
             found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
             return DeployingSystem(**parts, deployments=found)
-        return System(**parts, closures=closures, depletions=depletions)
+        return System(**parts, closures=closures, depletions=depletions, notes=implausible_angles(pipeline))
 
 
 def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:

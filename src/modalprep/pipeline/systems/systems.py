@@ -143,6 +143,8 @@ def _simulate(
         elif s.variables == "joint":
             events = read_events(pipeline.events)
             run = simulate(system, **span, **steps, events=events, reference=reference, progress=progress)
+        elif reference:
+            raise InputError(f"variables = {s.variables!r} have no reference implementation; leave out --reference")
         else:
             run = simulate_free_system(system, **span, variables=s.variables)
     momenta = f", momenta kept to {run.stats['momentum_error']:.0e}" if "momentum_error" in run.stats else ""

@@ -9,12 +9,14 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from modalprep.applies import Rule
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import Table, naming
+from modalprep.pipeline.schema.columns import points_of_file
 from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency, level
 from modalprep.pipeline.schema.reduction import DAMPING, Damping
 from modalprep.pipeline.schema.responses.strength import NotchTable
-from modalprep.pipeline.schema.time import Curve, Level, points_of_file, spectrum_of
+from modalprep.pipeline.schema.time import Curve, Level, spectrum_of
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.response.inputs import PER_CYCLE, History, Rate, Spectrum, Sweep
 
@@ -94,6 +96,8 @@ class Limited(OverFrequency):
 
 class HarmonicTable(Limited):
     """Response to harmonic inputs, which act together."""
+
+    applies: ClassVar = (Rule(("points", "spacing"), beside=("frequency",)),)
 
     kind: Literal["harmonic"]
     lowest: Frequency | None = Field(None, gt=0, description="Hz")
@@ -218,7 +222,8 @@ class HistoryTable(Table):
 
     def history(self, unit: str, folder: Path) -> History:
         """Return the history in SI; a file is relative to `folder`."""
-        t, values = points_of_file(folder / self.file) if self.file is not None else (self.t, self.values)
+        units = (("s",), None if self.unit else (unit,))
+        t, values = points_of_file(folder / self.file, units) if self.file is not None else (self.t, self.values)
         return History(time=np.array(t), value=np.array([level(x, unit, self.unit) for x in values]))
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from modalprep.applies import Rule
 from modalprep.pipeline.schema.base import Table
 from modalprep.pipeline.schema.quantities import Allowable, Duration, Frequency, Mass
 from modalprep.pipeline.schema.time import Curve, Level
@@ -18,11 +19,15 @@ from modalprep.suggest import suggestion
 
 Positive = Annotated[float, Field(gt=0)]
 FORCES = ("base.force.x", "base.force.y", "base.force.z")
+OF_HISTORIES = "a random response: its damage is that of the duration, without a mean"
+OF_RANDOM = "histories: their cycles are counted, and 'repeats' says how often they happen"
 WAYS = {"limit": "limit", "factor": "factor and break_frequency", "design_acceleration": "design_acceleration"}
 
 
 class NotchTable(Table):
     """A limit of channels of a response, to which its inputs are lowered."""
+
+    applies: ClassVar = (Rule(("rolloff",), needs=("factor",)), Rule(("mass",), beside=("limit",)))
 
     channel: str = Field(description='name, its beginning, or a pattern: "base.force.z", "struts.*.N"')
     limit: Curve | None = Field(None, description="in the unit of the channel; of random responses a density")
@@ -96,6 +101,7 @@ class FatigueTable(OfChannels):
     """Damage by rainflow counts of histories, or of random responses; the S-N curve is one of amplitudes."""
 
     kinds = ("transient", "random")
+    applies: ClassVar = (Rule(("knee",), needs=("second_slope",)),)
     scale: Positive = Field(
         1.0, description="by which channels are multiplied: stress concentration, or stress per force, 1/m^2"
     )
@@ -119,8 +125,9 @@ class FatigueTable(OfChannels):
             return problem
         if random and self.duration is None:
             return "needs the duration of its random response"
-        if not random and self.duration is not None:
-            return "has a duration, which is that of a random response; leave it out, or give 'repeats'"
+        for key in ("repeats", "ultimate") if random else ("duration", "method"):
+            if getattr(self, key) != type(self).model_fields[key].default:
+                return f"has {key!r}, which has no effect on {OF_HISTORIES if random else OF_RANDOM}; leave it out"
         return ""
 
     @property
