@@ -6,6 +6,7 @@ import csv
 import glob
 import json
 import os
+import re
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 ABANDONED = 3600.0  # s
+FORMULA = re.compile(r"'*[=+\-@\t\r]")  # begins a cell that spreadsheets compute, or one with apostrophes before it
 
 
 @contextmanager
@@ -149,6 +151,31 @@ def write_json(data: dict[str, Any], path: Path) -> Path:
     return path
 
 
+def csv_text(text: str) -> str:
+    """Return a text as the cell of a CSV file: with an apostrophe before what a spreadsheet would take as a formula.
+
+    Examples
+    --------
+    >>> csv_text("=1+1"), csv_text("arm.angle"), csv_text("-1.5")
+    ("'=1+1", 'arm.angle', '-1.5')
+    """
+    with suppress(ValueError):
+        float(text)
+        return text
+    return f"'{text}" if FORMULA.match(text) else text
+
+
+def text_of_csv(cell: str) -> str:
+    """Return the text that `csv_text` has written.
+
+    Examples
+    --------
+    >>> [text_of_csv(csv_text(text)) for text in ("=1+1", "'=", "'a", "a")]
+    ['=1+1', "'=", "'a", 'a']
+    """
+    return cell[1:] if cell.startswith("'") and FORMULA.match(cell[1:]) else cell
+
+
 def write_table(header: Iterable[str], rows: Iterable[Sequence[float | str]], path: str | Path) -> Path:
     """Write numbers to ten digits, and texts, as a CSV file; the file is written completely or not at all.
 
@@ -165,8 +192,8 @@ def write_table(header: Iterable[str], rows: Iterable[Sequence[float | str]], pa
     """
     with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(header)
-        writer.writerows([entry if isinstance(entry, str) else f"{entry:.10g}" for entry in row] for row in rows)
+        writer.writerow(map(csv_text, header))
+        writer.writerows([csv_text(x) if isinstance(x, str) else f"{x:.10g}" for x in row] for row in rows)
     return Path(path)
 
 
@@ -189,6 +216,6 @@ def write_columns(columns: Mapping[str, np.ndarray], path: str | Path) -> Path:
     line = ",".join(["%.10g"] * len(columns)) + "\r\n"
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerow(columns)
+        csv.writer(file).writerow(map(csv_text, columns))
         file.writelines(line % row for row in rows)
     return Path(path)

@@ -31,7 +31,8 @@ def modes(
     The report is an HTML page beside the modal file.
     """
     from modalprep.errors import InputError
-    from modalprep.pipeline.build.build import build_body, output_folder
+    from modalprep.pipeline.build.build import build_body
+    from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared, refuse_shared_folders
     from modalprep.pipeline.console import Reporter
     from modalprep.report.body_page.printing import find_browser, print_page
     from modalprep.report.page import write_page
@@ -43,6 +44,7 @@ def modes(
         from modalprep.pipeline.build.described import page_inputs
 
         file, output = with_settings(file, settings or [], output)
+        refuse_shared_folders(file, output)
         built = build_body(file, output_folder(file, output), reporter)
         body, checks, notes = built.body, built.checks, list(built.notes)
         page, made = built.file.with_suffix(".html"), page_inputs(file, built)
@@ -55,12 +57,16 @@ def modes(
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}.html"
         refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
+        if output:
+            refuse_shared(page, file)
         body, notes, made = read_body(file), [], None
         checks = check_body(body)
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in notes:
         reporter.say(f"  note: {note}")
+    if output and made is None:
+        mark_source(page, file)
     write_page(body, page, checks=checks, notes=notes, inputs=made)
     reporter.wrote(page)
     if browser:

@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from modalprep.atomic import write_columns, write_table
+from modalprep.atomic import text_of_csv, write_columns, write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.results.envelopes import Envelope
@@ -138,6 +138,7 @@ def read_csv(path: str | Path) -> Result:
     try:
         with Path(path).open(newline="", encoding="utf-8-sig") as file:
             header, *rows = csv.reader(file)
+        header = [text_of_csv(name) for name in header]
         values = np.array(rows, dtype=float).reshape(len(rows), len(header))
         time = values[:, header.index("time")]
     except (OSError, ValueError, csv.Error) as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterator
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -113,7 +114,7 @@ def write_vtu_series(body: FlexibleBody, result: Result, path: str | Path, *, na
     for number, k in enumerate(range(0, len(result.time), every)):
         file = path.with_name(f"{path.stem}_{number:04d}.vtu")
         written.append((float(result.time[k]), _write_time(body, result, name, motion, k, file)))
-    lines = (f'<DataSet timestep="{t!r}" file="{file.name}"/>\n' for t, file in written)
+    lines = (f'<DataSet timestep="{t!r}" file={quoteattr(file.name)}/>\n' for t, file in written)
     text = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
     with atomic_path(path) as temporary:
         temporary.write_text(f"{text}{''.join(lines)}</Collection></VTKFile>\n", encoding="utf-8")
@@ -194,5 +195,6 @@ def _section(name: str, arrays: dict[str, np.ndarray]) -> Iterator[str]:
         data = array.astype(array.dtype.newbyteorder("<")).tobytes()
         text = b64encode(np.array(len(data), dtype="<u8").tobytes() + data).decode()
         size = f' NumberOfComponents="{array.shape[1]}"' if array.ndim > 1 else ""
-        yield f'<DataArray type="{NAMES[array.dtype.name]}" Name="{key}"{size} format="binary">{text}</DataArray>\n'
+        kind = f'type="{NAMES[array.dtype.name]}" Name={quoteattr(key)}{size}'
+        yield f'<DataArray {kind} format="binary">{text}</DataArray>\n'
     yield f"</{name}>\n"

@@ -81,10 +81,11 @@ def run_pipeline(
         With one message each; files written before remain intact. An audit that fails raises nothing, nor does a
         negative margin: see `Outcome.failures` and `Outcome.exceeded`, with which the command ends.
     """
-    from modalprep.pipeline.build.build import output_folder
+    from modalprep.pipeline.build.folders import output_folder, refuse_shared_folders
     from modalprep.pipeline.pictures import pictures_beside
 
     pipeline = load_pipeline(path)
+    refuse_shared_folders(path, output)
     if not pictures:
         pipeline = pipeline.model_copy(update={"output": pipeline.output.model_copy(update={"pictures": "none"})})
     if pipeline.joints or pipeline.simulation is not None:

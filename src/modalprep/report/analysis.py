@@ -14,9 +14,11 @@ from modalprep.atomic import write_columns, write_table
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report.charts import plots
-from modalprep.report.charts.figures import Figure, save_figure
+from modalprep.report.charts.figures import Figure, named, save_figure
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table
+
+GROWS = 1e-9  # real part over size of an eigenvalue: less is round-off
 
 
 def system_table(modes: SystemModes, count: int, console: Console) -> None:
@@ -35,24 +37,44 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
             Hz   damping %   moves most...
     1   0.6044           .   beam...
     """
-    rich = plain_table()
+    rich, said = plain_table(), [course(z) for z in modes.eigenvalue.tolist()[:count]]
     rich.add_column("", justify="right")
     for name in ("Hz", "damping %"):
         rich.add_column(name, justify="right")
     rich.add_column("moves most")
+    if any(said):
+        rich.add_column("course")
     for k, moves in enumerate(most_moved(modes)[:count]):
-        rich.add_row(str(k + 1), hertz(modes.frequency[k]), percent(modes.damping[k]), Text(moves))
+        swings = modes.eigenvalue[k].imag != 0 or modes.frequency[k] == 0
+        numbers = (hertz(modes.frequency[k]), percent(modes.damping[k])) if swings else (".", ".")
+        rich.add_row(str(k + 1), *numbers, Text(moves), *([said[k]] if any(said) else []))
     console.print(Text("Modes of the system", "bold"))
     print_table(rich, console)
 
 
+def course(z: complex) -> str:
+    """Say how a mode goes on that does not just vibrate, by its eigenvalue (1/s).
+
+    Examples
+    --------
+    >>> course(-0.1 + 2j), course(0.1 + 2j), course(3.0 + 0j)
+    ('', 'unstable: grows by 0.1 1/s', 'unstable: grows by 3 1/s, without vibration')
+    >>> course(-3.0 + 0j)
+    'decays by 3 1/s, without vibration'
+    """
+    if not z.imag and z.real < 0:
+        return f"decays by {-z.real:.4g} 1/s, without vibration"
+    grows = z.real > GROWS * abs(z)
+    return f"unstable: grows by {z.real:.4g} 1/s" + ("" if z.imag else ", without vibration") if grows else ""
+
+
 def most_moved(modes: SystemModes) -> list[str]:
     """Return the joint or body whose coordinate is the largest in each mode."""
-    parts = {name: rows for name, rows in (modes.joints | modes.modal).items() if len(rows)}
+    parts = [(name, rows) for kind in (modes.joints, modes.modal) for name, rows in kind.items() if len(rows)]
     if not parts:
         return []
-    sizes = np.array([np.abs(rows).max(axis=0) for rows in parts.values()])
-    return [list(parts)[k] for k in np.argmax(sizes, axis=0)]
+    sizes = np.array([np.abs(rows).max(axis=0) for _, rows in parts])
+    return [parts[k][0] for k in np.argmax(sizes, axis=0)]
 
 
 def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
@@ -71,7 +93,7 @@ def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     for number, (label, values) in enumerate(_pairs(linear, H)):
         style = {"linewidth": 2.0, "color": plots.CURVES[number % 6], "linestyle": plots.LINES[number // 6 % 4]}
-        amplitude.plot(frequency, np.abs(values), label=label, **style)
+        amplitude.plot(frequency, np.abs(values), label=named(label), **style)
         phase.plot(frequency, np.degrees(np.angle(values)), **style)
     amplitude.set(xscale="log", yscale="log" if np.all(np.abs(H) > 0) else "linear", ylabel="output per unit input")
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=range(-180, 181, 90))
@@ -118,7 +140,7 @@ def sweep_plot(
     upper.plot(rows[:, 0], rows[:, 1] / (2 * np.pi), ".", color=plots.CURVES[0], markersize=4, label="modes")
     lower.plot(rows[:, 0], rows[:, 2], ".", color=plots.CURVES[1], markersize=4)
     for curve in reference:
-        upper.plot(curve["t"], curve["y"], "o", color=plots.INK, markerfacecolor="none", label=curve["label"])
+        upper.plot(curve["t"], curve["y"], "o", color=plots.INK, markerfacecolor="none", label=named(curve["label"]))
     upper.set(ylabel="frequency (Hz)", ylim=(0, None))
     lower.set(xlabel=label, ylabel="growth (1/s)")
     plots.add_head(upper, "Modes over time" if label == "time (s)" else f"Modes over {label}")

@@ -13,7 +13,7 @@ from modalprep.atomic import write_table
 from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
 from modalprep.report.charts import plots
-from modalprep.report.charts.figures import Axes, Figure, save_figure
+from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.terminal import plain_table, print_table
 
 BAND, STEP = 0.2, 0.16  # opacity of the widest band, and what each one inside adds
@@ -81,13 +81,13 @@ def _bands(axes: Axes, ensemble: Ensemble, name: str, levels: Sequence[float], c
     """Draw the percentiles of one component; of several, each has its name in the legend, else each band its own."""
     values, pairs = ensemble.percentiles(levels, [name])[name], len(levels) // 2
     for k, words in enumerate(_words(levels)[:pairs]):
-        label = words if not several else name if k == 0 and not len(levels) % 2 else None
+        label = words if not several else named(name) if k == 0 and not len(levels) % 2 else None
         axes.fill_between(
             ensemble.time, values[k], values[-1 - k], color=colour, alpha=BAND + STEP * k, linewidth=0, label=label,
             zorder=2,
         )  # fmt: skip
     if len(levels) % 2:
-        label = name if several else _words(levels)[-1]
+        label = named(name) if several else _words(levels)[-1]
         axes.plot(ensemble.time, values[pairs], color=colour, linewidth=2.2, label=label, zorder=3)
 
 

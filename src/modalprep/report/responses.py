@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.charts.figures import Axes, Figure, save_figure
+from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
 from modalprep.report.tables import hertz, margin_of_safety, prefixed
 from modalprep.report.terminal import plain_table, print_table
@@ -163,8 +163,9 @@ def _panels(response: Response) -> dict[str, list[str]]:
 def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
     for k, name in enumerate(names):
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(response.axis, np.abs(response[name]) if response.kind != "transient" else response[name],
-                  label=name, linewidth=1.8, marker="o" if len(response.axis) < FEW else "", **style)  # fmt: skip
+        mark, y = "o" if len(response.axis) < FEW else "", response[name]
+        y = y if response.kind == "transient" else np.abs(y)
+        axes.plot(response.axis, y, label=named(name), linewidth=1.8, marker=mark, **style)
         if response.steady is not None:
             steady = response.steady[:, response.names.index(name)]
             label = "steady state" if k == 0 else None
@@ -177,7 +178,7 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
         largest = max(float(values.max()) for values in _magnitudes(response, names))
         bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
         axes.set_ylim(bottom, 2 * largest)
-        axes.yaxis.set_major_formatter(LogFormatterMathtext() if random else FuncFormatter(_decade(unit)))
+        axes.yaxis.set_major_formatter(LogFormatterSciNotation() if random else FuncFormatter(_decade(unit)))
         shown_unit = unit if random or unit not in PREFIXED else ""
     else:
         factor, shown_unit = prefixed(unit, max(float(np.abs(response[name]).max()) for name in names))

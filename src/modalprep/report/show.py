@@ -34,10 +34,12 @@ FILMS = ("webp", "gif")
 
 def histories(run: Result, channels: Sequence[str], axes: Axes | None, **options: Any) -> Axes:
     """Draw channels of a run over time."""
+    from modalprep.report.charts.figures import show_verbatim
     from modalprep.report.charts.plots import draw_histories
 
     axes = axes or _axes((9.0, 5.0))
     draw_histories(axes, {"run": run}, channels, **options)
+    show_verbatim(axes)
     return axes
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.charts.figures import Axes, Figure, save_figure
+from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
 from modalprep.report.responses import plain_decades, print_rows
 from modalprep.report.tables import hertz
@@ -107,7 +107,7 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
     for k, name in enumerate(sorted(before, key=lambda x: -before[x].max())[:DRAWN]):
         colour = CURVES[k % len(CURVES)]
         below.plot(cut.frequency, before[name], color=colour, linewidth=1.0, linestyle=LINES[2])
-        below.plot(cut.frequency, after[name], color=colour, linewidth=1.8, label=name)
+        below.plot(cut.frequency, after[name], color=colour, linewidth=1.8, label=named(name))
     below.axhline(1.0, color=GREY, linewidth=1.0)
     below.annotate("limit", (1.0, 1.0), xycoords=("axes fraction", "data"), fontsize=9, color=GREY, xytext=(4, 0),
                    textcoords="offset points", va="center")  # fmt: skip
@@ -149,7 +149,7 @@ def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], pat
     axes = figure.add_subplot()
     for k, (name, one) in enumerate(found.items()):
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(one.frequency, one.maximax, linewidth=1.8, label=name, **style)
+        axes.plot(one.frequency, one.maximax, linewidth=1.8, label=named(name), **style)
     first = next(iter(found.values()))
     axes.set_xlabel("frequency of the oscillator (Hz)")
     unit = ", ".join(dict.fromkeys(units.values()))

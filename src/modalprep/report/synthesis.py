@@ -12,7 +12,7 @@ from rich.text import Text
 
 from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report.charts import plots
-from modalprep.report.charts.figures import Figure, save_figure
+from modalprep.report.charts.figures import Figure, named, save_figure
 from modalprep.report.pictures.sheet import render_modes
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table
@@ -87,7 +87,7 @@ def strain_plot(modes: SynthesisedModes, fractions: Mapping[str, np.ndarray], pa
     below = np.zeros(len(elastic))
     for rank, (name, share) in enumerate(fractions.items()):
         height = 100 * share[elastic]
-        axes.bar(elastic + 1, height, bottom=below, label=name, color=plots.COLOURS[rank % len(plots.COLOURS)])
+        axes.bar(elastic + 1, height, bottom=below, label=named(name), color=plots.COLOURS[rank % len(plots.COLOURS)])
         below += height
     axes.set_xticks(elastic + 1, [f"{k + 1}\n{hertz(modes.frequency[k])}" for k in elastic])
     axes.set_xlabel("system mode, Hz")

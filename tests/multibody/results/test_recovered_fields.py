@@ -1,5 +1,7 @@
 """Recovered quantities over the mesh: cells and nodes, the series for ParaView, the colour of films."""
 
+from xml.etree import ElementTree
+
 import meshio
 import numpy as np
 import pytest
@@ -112,6 +114,16 @@ def test_series_for_paraview(swing, tmp_path):
     assert np.all(np.isnan(rib[kinds.index("quad")]))
     assert rib[kinds.index("line")][2] == pytest.approx(run["wing.recovery.rib.3.start.N"][4], rel=1e-12)
     assert np.isfinite(found.point_data["end.z"]).sum() == 3
+
+
+def test_names_of_a_series_are_escaped(swing, tmp_path):
+    """XML: a name with its signs comes back, in the file of a time and in the collection."""
+    system, run = swing
+    body, name = system.bodies["wing"], 'a "b" <c> & d'
+    body = body.with_(recovery={name: body.recovery["skin"]})
+    file = mp.formats.write_vtu_series(body, run, tmp_path / "a & <b>.pvd", name="wing", every=8)
+    assert ElementTree.parse(file).find(".//DataSet").get("file") == "a & <b>_0000.vtu"
+    assert f"{name}.top.von_mises" in meshio.read(tmp_path / "a & <b>_0000.vtu").cell_data
 
 
 def test_what_cannot_be_written_is_refused(swing, tmp_path):

@@ -16,7 +16,9 @@ from pydantic import ValidationError
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
-from modalprep.pipeline.batch.job import Cell, Job, relative
+from modalprep.pipeline.batch.job import Cell, Job
+from modalprep.pipeline.build.folders import mark_source, refuse_shared
+from modalprep.pipeline.build.sources import relative
 from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -41,6 +43,7 @@ def find_jobs(patterns: Sequence[str], output: Path | None) -> list[Job]:
         other = homes.setdefault(job.folder.resolve(), job)
         if other is not job:
             raise InputError(f"{other.file} and {job.file} would both write into {job.folder}; rename one")
+        refuse_shared(job.folder, job.cell.file if job.cell else job.file)
     return jobs
 
 
@@ -90,7 +93,10 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
         jobs.append(job)
     if all(problems):
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")
+    for job in jobs:
+        refuse_shared(job.folder, file)
     for job, text in zip(jobs, texts, strict=True):
+        mark_source(job.folder, file)
         write_job(job, f"# A combination of the grid of {file.name}.\n{text}")
     return jobs
 

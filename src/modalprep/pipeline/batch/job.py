@@ -5,7 +5,6 @@ Light to import, like `modalprep.workers`: a worker process sets its threads bef
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -101,17 +100,3 @@ def failure(job: Job, cause: str, error: BaseException | None = None) -> Record:
     """
     kind = type(error).__name__ if error else ""
     return {"job": job.name, "pipeline": str(job.file), "status": FAILED, "cause": cause, "error": kind, "seconds": 0.0}
-
-
-def relative(file: Path, folder: Path) -> str:
-    """Return the path of a file relative to a folder, so that both may be moved together.
-
-    Examples
-    --------
-    >>> relative(Path("meshes/a.msh"), Path("pipelines"))
-    '../meshes/a.msh'
-    """
-    try:
-        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # on another drive
-        return file.resolve().as_posix()

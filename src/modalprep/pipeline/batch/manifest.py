@@ -9,9 +9,9 @@ from pathlib import Path
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.fe.readers.digest import mesh_digest
-from modalprep.pipeline.batch.job import DONE, Job, Record, relative
+from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.build.program import file_digest
-from modalprep.pipeline.build.sources import pipelines_of, source_files
+from modalprep.pipeline.build.sources import pipelines_of, relative, source_files
 
 HEAD = {"format": "modalprep job", "version": 1}
 

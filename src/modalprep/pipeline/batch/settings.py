@@ -12,6 +12,7 @@ import tomli_w
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.grid import combined, moved, write_job
 from modalprep.pipeline.batch.job import Job
+from modalprep.pipeline.build.folders import mark_source, refuse_shared
 from modalprep.pipeline.schema.load import read_toml
 
 
@@ -39,6 +40,8 @@ def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> t
     if job.file.resolve() == file.resolve():
         raise InputError(f"{file} lies where its changed copy would be written; name another folder with --output")
     data = combined(file, read_toml(file)[1], _parsed(settings), "--set")
+    refuse_shared(job.folder, file)
+    mark_source(job.folder, file)
     said = "\n".join(f"# --set {setting}" for setting in settings)
     write_job(job, f"# {file.name} with other values:\n{said}\n{tomli_w.dumps(moved(data, file.parent, job.folder))}")
     return job.file, output

@@ -15,6 +15,7 @@ from modalprep.formats.export import EXPORTS
 from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.build.folders import mark_source, output_folder
 from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.sources import pipelines_of, refuse_overwriting, source_files
 from modalprep.pipeline.build.supplied import read_supplied
@@ -24,17 +25,6 @@ from modalprep.pipeline.schema.changing import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.pipeline.schema.system import inertia_tensor
-
-
-def output_folder(path: Path, output: Path | None) -> Path:
-    """Return where the outputs of a pipeline file go: ``<output>/<name>``, by default ``output`` beside the file.
-
-    Examples
-    --------
-    >>> output_folder(Path("pipelines/bracket.toml"), None).as_posix()
-    'pipelines/output/bracket'
-    """
-    return (output or path.parent / "output") / path.stem
 
 
 def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
@@ -53,7 +43,17 @@ def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None
     exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(pipeline.output.export))
     refuse_overwriting({file, *exports}, source_files(path, pipeline))
     if cache is None:
-        return compute_body(path, pipeline, file, reporter, None)
+        built = compute_body(path, pipeline, file, reporter, None)
+    else:
+        built = _cached(path, pipeline, file, reporter, cache)
+    mark_source(folder, path)
+    return built
+
+
+def _cached(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache) -> Built:
+    """Return the body of a pipeline file from the cache, or compute it and put it there."""
+    from modalprep.pipeline.build.compute import compute_body
+
     with naming(path):
         given = inputs(path, pipeline)
         key = body_key(cache, pipeline.name or path.stem, given)

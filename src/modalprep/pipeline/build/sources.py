@@ -96,3 +96,17 @@ def same_file(one: Path, other: Path) -> bool:
         return os.path.samefile(one, other)
     except (OSError, ValueError):  # one is not there, or its name cannot be one
         return os.path.abspath(one) == os.path.abspath(other)
+
+
+def relative(file: Path, folder: Path) -> str:
+    """Return the path of a file relative to a folder, so that both may be moved together.
+
+    Examples
+    --------
+    >>> relative(Path("meshes/a.msh"), Path("pipelines"))
+    '../meshes/a.msh'
+    """
+    try:
+        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # on another drive
+        return file.resolve().as_posix()

@@ -11,7 +11,8 @@ from modalprep.atomic import write_json
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
-from modalprep.pipeline.build.build import current_body, output_folder, read_bodies
+from modalprep.pipeline.build.build import current_body, read_bodies
+from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
@@ -94,12 +95,14 @@ def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
     pipeline = load_pipeline(path)
     if pipeline.synthesis is None:
         raise InputError(f"{path} has no [synthesis]: add one with modes")
+    refuse_shared_folders(path, output)
     folder = output_folder(path, output)
     refuse_overwriting((folder / f"{path.stem}-{name}.h5" for name in pipeline.bodies), needed_files(path))
     bodies = read_bodies(pipeline, path, lambda source: current_body(source, output, reporter))
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
         found = _synthesised(pipeline, bodies)
         done(1)
+    mark_source(folder, path)
     reporter.wrote(write_json(found.summary(), folder / f"{path.stem}-synthesis.json"))
     for name, body in found.bodies.items():
         reporter.wrote(write_body(body, folder / f"{path.stem}-{name}.h5"))

@@ -20,7 +20,7 @@ from modalprep.multibody.analysis.system_modes import SystemModes, system_modes
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
-from modalprep.pipeline.build.build import output_folder
+from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
 from modalprep.pipeline.schema.base import naming
@@ -96,6 +96,7 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
     table = pipeline.analysis
     if table is None:
         raise InputError(f"{path} has no [analysis]: add one with modes, response or inverse")
+    refuse_shared_folders(path, output)
     stem = output_folder(path, output) / path.stem
     refuse_unwritable(stem.with_name(f"{stem.name}-analysis.json"))
     refuse_before_work(pipeline, path)
@@ -103,6 +104,7 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
     with naming(path), reporter.progress(f"{path.name}: analysis", 1) as done:
         found = _analysed(system, table, path.parent)
         done(1)
+    mark_source(stem.parent, path)
     _report(found, stem, reporter)
     return found
 

@@ -18,7 +18,8 @@ from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
-from modalprep.pipeline.build.build import made_bodies, output_folder
+from modalprep.pipeline.build.build import made_bodies
+from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.changing import read_events
@@ -82,8 +83,11 @@ def simulate_pipeline(
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     if any(table.response is None for table in pipeline.srs.values()):
         need("pyyeti", f"{path}: [srs]")
-    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
-    stem = target.parent / path.stem
+    if target is None:
+        refuse_shared_folders(path, output)
+    folder = target.parent if target else output_folder(path, output)
+    own, target = target is None, target or folder / f"{path.stem}-run.h5"
+    stem = folder / path.stem
     written = (target, _csv_beside(target), _envelopes_beside(target))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run
         from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
@@ -103,6 +107,8 @@ def simulate_pipeline(
     }
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
+    if own:
+        mark_source(folder, path)
     files = [write_result(main, target, compared)]
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     extremes = envelopes(main, system.bodies)

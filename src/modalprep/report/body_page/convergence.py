@@ -11,7 +11,7 @@ import numpy as np
 from modalprep.reduction.recoveries.convergence import Convergence
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.charts.figures import Figure, save_figure
+from modalprep.report.charts.figures import Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, plain_axes
 from modalprep.report.tables import hertz
 
@@ -91,7 +91,7 @@ def convergence_plot(found: Convergence, path: Path) -> Path:
         shown = np.where(found.error[k] > FLOOR, 100 * found.error[k], np.nan)
         label = f"{name}, none" if np.all(np.isnan(shown)) else name
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=label, **style)
+        axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=named(label), **style)
     axes.set_yscale("log")
     axes.set_xlim(-0.02 * found.count[-1], 1.02 * found.count[-1])
     axes.xaxis.get_major_locator().set_params(integer=True)

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from modalprep.atomic import csv_text
+
 if TYPE_CHECKING:
     from jinja2 import Environment
 
@@ -92,7 +94,7 @@ class Table:
         """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
+        writer.writerow(map(csv_text, self.columns))
         writer.writerows([_plain(cell) for cell in row] for row in (*self.rows, *self._foot))
         return text.getvalue()
 
@@ -132,7 +134,8 @@ def written(cell: Any, form: str = ".5g") -> str:
 
 def _plain(cell: Any) -> str:
     """Return a cell of the CSV file; `repr` of a float has all its digits."""
-    return repr(float(cell)) if isinstance(cell, (float, np.floating)) and not np.isnan(cell) else written(cell)
+    number = isinstance(cell, (float, np.floating)) and not np.isnan(cell)
+    return repr(float(cell)) if number else csv_text(written(cell))
 
 
 def _numeric(cells: Sequence[Any]) -> bool:

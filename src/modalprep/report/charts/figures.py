@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import figure as plain
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
 
 from modalprep.atomic import atomic_path
@@ -19,6 +21,33 @@ if TYPE_CHECKING:
 DPI = 180
 COLOURS, WHITE = 128, 0xFFFFFFFF  # of a picture; opaque white in RGBA
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class Figure(plain.Figure):
+    """A figure whose texts are shown as they are: a name with a ``$`` is no formula."""
+
+    def draw(self, renderer: Any) -> None:
+        """Draw all texts letter by letter."""
+        show_verbatim(self)
+        super().draw(renderer)
+
+
+def show_verbatim(artist: Artist) -> None:
+    """Show the texts of a chart as they are; matplotlib reads what stands between two ``$`` as a formula."""
+    for text in artist.findobj(Text):
+        if "$" in text.get_text():
+            text.set_parse_math(False)
+
+
+def named(label: str) -> str:
+    """Return a name as a label of a curve; legends leave out those that begin with an underscore.
+
+    Examples
+    --------
+    >>> named("arm"), named("_arm") == "\N{ZERO WIDTH SPACE}_arm"
+    ('arm', True)
+    """
+    return f"\N{ZERO WIDTH SPACE}{label}" if label.startswith("_") else label
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:

@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
-from modalprep.report.charts.figures import Axes, Figure, save_figure
+from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
@@ -84,11 +84,11 @@ def draw_histories(
     axes.set_xlim(0, max(run.time[-1] for run in results.values()) or 1.0)
     for order, (label, run, y, style) in enumerate(curves):
         # the first run is the main one: drawn last, on top of the others
-        axes.plot(run.time, y, label=label, linewidth=2.2, zorder=3 - order / len(curves), **style)
+        axes.plot(run.time, y, label=named(label), linewidth=2.2, zorder=3 - order / len(curves), **style)
     _note_exits(axes, results, curves)
     for mark, point in zip("osD^v" * len(points), points, strict=False):
         axes.plot(point["t"], point["y"], mark, color=INK, markerfacecolor="white", markersize=7.5,
-                  markeredgewidth=1.4, zorder=4, label=point["label"])  # fmt: skip
+                  markeredgewidth=1.4, zorder=4, label=named(point["label"]))  # fmt: skip
     axes.set_xlabel("time (s)")
     axes.set_ylabel(ylabel or ", ".join(channels))
     add_head(axes, title)
@@ -225,14 +225,15 @@ def error_plot(
     wrong = [label for label, (x, y) in pairs.items() if x.ndim != 1 or x.shape != y.shape or not len(x)]
     if wrong or not pairs:
         raise InputError(
-            f"error curve {wrong[0]!r} needs as many x as y" if wrong else "there is no error curve to draw"
+            f"error curve {wrong[0]!r} needs as many x as y, and one at least" if wrong else "there is no error curve"
         )
     figure = Figure(figsize=(9.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for number, (label, (x, y)) in enumerate(pairs.items()):
         line = LINES[number // len(CURVES) % len(LINES)]
         mark = "o" if len(x) <= 60 else ""
-        axes.plot(x, y, marker=mark, markersize=4, label=label, linewidth=2.0, color=CURVES[number % 6], linestyle=line)
+        style = {"color": CURVES[number % len(CURVES)], "linestyle": line, "linewidth": 2.0}
+        axes.plot(x, y, marker=mark, markersize=4, label=named(label), **style)
     axes.set_xscale(_axis_scale([x for x, _ in pairs.values()]))
     axes.set_yscale(_axis_scale([y for _, y in pairs.values()]))
     axes.set_xlabel(xlabel)

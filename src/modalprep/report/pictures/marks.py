@@ -21,6 +21,17 @@ REACH = (0.8, 1.5, 2.5, 3.5, 5, 7, 9)  # distances from the mark, of the height 
 INK = "#1d2733"
 
 
+def plainly(text: str) -> str:
+    r"""Return a text that VTK writes letter by letter; it reads what stands between two ``$`` as a formula.
+
+    Examples
+    --------
+    >>> print(plainly("$x$"))
+    \$x\$
+    """
+    return text.replace("$", r"\$")
+
+
 def add_bar(plotter, words: str) -> None:
     """Add the bar of the colours, from 0 to 1, with its title."""
     plotter.add_scalar_bar(
@@ -33,14 +44,14 @@ def add_unit_bar(plotter, words: str, mapper) -> None:
     """Add the bar of a quantity with a unit to a film, in letters of its size."""
     letters = max(11, plotter.window_size[1] // 27)
     plotter.add_scalar_bar(
-        words, mapper=mapper, color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=letters,
+        plainly(words), mapper=mapper, color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=letters,
         label_font_size=letters, position_x=0.5, position_y=0.02, width=0.42, height=0.095,
     )  # fmt: skip
 
 
 def add_lines(plotter, lines: list[str]) -> None:
     """Write lines at the top left of a film, in place of earlier ones."""
-    actor = plotter.add_text("\n".join(lines), name="time", font_size=12, color="black", render=False,
+    actor = plotter.add_text(plainly("\n".join(lines)), name="time", font_size=12, color="black", render=False,
                              position=(0.025, 0.98), viewport=True)  # fmt: skip
     actor.prop.justification_vertical = "top"
 
@@ -154,8 +165,9 @@ def write(plotter, places: np.ndarray, names: Sequence[str], shifts: np.ndarray,
     right, up, size = pixel(plotter)
     middles = places + size * (np.outer(shifts[:, 0], right) - np.outer(shifts[:, 1], up))
     plotter.add_point_labels(
-        middles, list(names), name="names", font_size=FONT, text_color=INK, shape=None, bold=False, show_points=False,
-        always_visible=True, justification_horizontal="center", justification_vertical="center", **style,
+        middles, list(map(plainly, names)), name="names", font_size=FONT, text_color=INK, shape=None, bold=False,
+        show_points=False, always_visible=True, justification_horizontal="center", justification_vertical="center",
+        **style,
     )  # fmt: skip
     half = np.array([[WIDTH * len(name), HEIGHT] for name in names]) * FONT / 2
     ends = shifts - np.clip(shifts, -half, half)  # the point of each label's frame that is nearest to its mark

@@ -28,7 +28,7 @@ from modalprep.report.pictures.body_parts import (
 )
 from modalprep.report.pictures.colour import WORDS, node_colour
 from modalprep.report.pictures.files import save_picture
-from modalprep.report.pictures.marks import add_bar, add_interfaces, spheres
+from modalprep.report.pictures.marks import add_bar, add_interfaces, plainly, spheres
 from modalprep.report.pictures.motion import largest_displacement
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -324,4 +324,4 @@ def _frame(plotter, body: FlexibleBody, points: np.ndarray, mode: int | None) ->
 
 def _add_title(plotter, title: str) -> None:
     style = {"font_size": plotter.window_size[1] // 46, "color": "black", "render": False}
-    plotter.add_text(title, name="title", position=(0.025, 0.935), viewport=True, **style)
+    plotter.add_text(plainly(title), name="title", position=(0.025, 0.935), viewport=True, **style)
