@@ -14,6 +14,8 @@ from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 
+FAR = 1e30  # m, beyond the universe: powers of it are still numbers
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Link(Record):
@@ -89,6 +91,28 @@ class Equation(Record):
             unit = length if triple else 1.0
             row[3 * triple : 3 * triple + 3] = factor * unit * axes.get(node, np.eye(3))[component % 3]
         return cls(nodes=np.array([node for node, _, _ in terms], dtype=int), coefficients=coefficients, name=name)
+
+
+def refuse_far_points(points: np.ndarray, labels: np.ndarray, what: str) -> None:
+    """Refuse coordinates (n, 3) that are no numbers, or so large that their powers are none; `what` begins the message.
+
+    Raises
+    ------
+    InputError
+        Which names the first node by its label.
+
+    Examples
+    --------
+    >>> refuse_far_points(np.array([[0, 0, 1e308]]), np.array([7]), "mesh")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    modalprep.errors.InputError: mesh: 1 of 1 nodes have coordinates that are not numbers below 1e+30 m, ...
+    """
+    bad = np.flatnonzero(~(np.abs(points) < FAR).all(axis=1))
+    if len(bad):
+        raise InputError(
+            f"{what}: {len(bad)} of {len(points)} nodes have coordinates that are not numbers below {FAR:g} m, "
+            f"the first is node {labels[bad[0]]}; repair the mesh"
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
-from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.mesh.mesh import Mesh, refuse_far_points
 from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.cad import CAD, read_cad
@@ -161,12 +161,7 @@ def _deck(mesh: Mesh, path: Path, length_unit: str, mass_unit: str | None) -> Me
 
 
 def _checked(mesh: Mesh, path: Path) -> Mesh:
-    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
-    if len(bad):
-        raise InputError(
-            f"mesh file {path}: {len(bad)} of {len(mesh.points)} nodes have coordinates that are not numbers, "
-            f"the first is node {mesh.labels[bad[0]]}; repair the mesh"
-        )
+    refuse_far_points(mesh.points, mesh.labels, f"mesh file {path}")
     return mesh
 
 
@@ -246,12 +241,7 @@ def _nodes_are_numbered_from_one(lines: list[bytes]) -> bool:
 def _points(raw: Any, path: Path) -> np.ndarray:
     points = np.asarray(raw.points, dtype=float)
     points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise InputError(
-            f"mesh file {path}: {len(bad)} of {len(points)} nodes have coordinates that are not numbers, "
-            f"the first is node {bad[0] + 1}; repair the mesh"
-        )
+    refuse_far_points(points, np.arange(1, len(points) + 1), f"mesh file {path}")
     return points
 
 

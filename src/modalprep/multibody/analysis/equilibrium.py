@@ -25,6 +25,7 @@ MAX_STEPS = 200  # at LARGEST, ten revolutions or sixty body sizes
 TRIALS = 12  # of one line search
 SLACK = 0.8  # fraction of the force along the step that may remain at its end: Crisfield (1991), section 9.2
 SOFT = 1e-7  # of the largest stiffness of a joint: lower bound of the scale of a coordinate's stiffness
+ROUND_OFF = 1e-15  # of the largest of the forces that balance each other
 FLAT = 1e-5  # of the scale of a coordinate's stiffness: below it the stiffness counts as zero
 MOVING = 1e-9  # 1/s, rate of a loop's gap over its size, above which the loop moves
 
@@ -143,6 +144,7 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
         at = _State(Chart(evaluator, y), steady)
         g = at.force(np.zeros(at.n))
         K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
+        g[np.abs(g) <= ROUND_OFF * at.largest_force(g)] = 0.0
         step, lowest = _step(at, K, g)
         y = at.y(_length(at, step, g) * step)
         if np.abs(step).max(initial=0.0) <= CONVERGED:
@@ -164,6 +166,15 @@ class _State:
         """Generalised forces of the independent coordinates, times their scales."""
         y = self.y(z)
         return -self.scale * (self.chart.tangent(y).T @ self.required(y))
+
+    def largest_force(self, g: np.ndarray) -> float:
+        """Largest of the forces that balance each other, times their scales: those of deflected modes, and the rest."""
+        evaluator, found = self.evaluator, np.abs(g).max(initial=0.0)
+        for name, body in evaluator.system.bodies.items():
+            own = [k for k, owner in enumerate(evaluator.owner) if owner == ("body", name)]
+            q = self.chart.y[evaluator.coordinates("body", name)]
+            found = max(found, np.abs(body.K * q * evaluator.scale[own]).max(initial=0.0))
+        return float(found)
 
     def own_stiffness(self, K: np.ndarray) -> np.ndarray:
         """Diagonal of the stiffness ``K (n, n)``, positive: at least a fraction of that of the joints."""

@@ -7,6 +7,7 @@ import scipy
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.evaluation.singular import without_inertia
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.joints import move
@@ -147,7 +148,7 @@ class Evaluator:
 
     def load(self, y: np.ndarray, *, moving: bool = True) -> None:
         """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
-        motion, self.applied = self.loading.prescribe(self.t, self.data), []
+        motion, self.applied, self.y = self.loading.prescribe(self.t, self.data), [], y
         if not moving:
             motion[:, 1:] = 0.0
         kernel.outward(self.packed.model, self.data, y, motion)
@@ -224,7 +225,11 @@ class Evaluator:
         status = kernel.inward(self.packed.model, self.data, tau + self.loading.tau, None, 0.0, 0.0)
         if status >= 0:
             name = next(link.body for link in self.packed.links[status:] if link.body)
-            raise SimulationError(f"the mass matrix of body {name!r} is not positive: its deflection is too large")
+            if self.system.bodies[name].n:
+                why = f"the mass matrix of body {name!r} is not positive: its deflection is too large"
+            else:
+                why = without_inertia(self.system, self.packed, self.y, name)
+            raise SimulationError(why)
         if self.loops:
             self.loops.forward(self.data, tau + self.loading.tau, udot)
         else:

@@ -10,9 +10,10 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.elements.dense import Frame
 from modalprep.multibody.evaluation.coordinates import Coordinates
-from modalprep.multibody.model.loads import Callback, locate
+from modalprep.multibody.model.loads import GROUND, Callback, locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
+from modalprep.suggest import suggestion
 
 FAR_OFF = 1e30  # of a coordinate or speed in SI units
 
@@ -86,6 +87,7 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
         if isinstance(load, Callback):
             for where, value in _called(load, t, state).items():
                 what = f"callback {load.name!r}: load on {where!r}"
+                _refuse_unknown_place(system, where, what)
                 values = np.atleast_1d(np.asarray(value, dtype=float))
                 if not np.all(np.isfinite(values)) and not state.far_off:
                     raise InputError(f"{what} is not finite at t = {t:g} s")
@@ -95,6 +97,13 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
                 else:
                     wrenches.append(_wrench(system, where, values, what))
     return wrenches, tau
+
+
+def _refuse_unknown_place(system: System, where: str, what: str) -> None:
+    joints = {joint.name for joint in system.joints}
+    if where not in joints and where.rpartition(".")[0] not in system.bodies and where != GROUND:
+        ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
+        raise InputError(f"{what} acts on nothing; {suggestion(where, [*joints, *ends], 'there are')}")
 
 
 def _called(load: Callback, t: float, state: State) -> Mapping[str, Any]:

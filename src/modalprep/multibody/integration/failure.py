@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import evaluate
+from modalprep.multibody.evaluation.singular import gimbal_lock, without_inertia
 from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.reference.equations import mass_and_force
@@ -72,10 +73,7 @@ def failure(run: Running, t: float) -> SimulationError:
         return too_long(run, t, A_STEP * (run.loading.t_end - t) / clock.next_step)
     if cause >= 0 and not run.system.bodies[body_of(run, cause)].n:
         name = body_of(run, cause)
-        return SimulationError(
-            f"{begin}body {name!r} can turn or move without any mass or inertia that resists; give it an inertia about "
-            "its centre of mass, or a joint that does not leave that motion free"
-        )
+        return SimulationError(begin + without_inertia(run.system, run.packed, run.steps.y, name))
     if cause >= 0 or (cause != NOT_CONVERGED and _nearly_singular(run, t)):
         name = body_of(run, cause) if cause >= 0 else softest(run)
         return SimulationError(
@@ -98,6 +96,8 @@ def failure(run: Running, t: float) -> SimulationError:
 
 def too_long(run: Running, t: float, more: float) -> SimulationError:
     """Return the error of a run whose steps are too short for its span: it would take so many evaluations more."""
+    if locked := gimbal_lock(run.system, run.packed, run.steps.y):
+        return SimulationError(f"simulation stopped at t = {t:.6g} s: {locked}")
     return SimulationError(
         f"simulation stopped at t = {t:.6g} s: the steps are so short that the rest of the run would take about "
         f"{more:.0e} evaluations, body {fastest(run)!r} moves fastest; lower t_end, or look for a load, stiffness or "

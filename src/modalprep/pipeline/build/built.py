@@ -57,7 +57,8 @@ class Built:
         pairs = zip(self.error.recoveries, self.error.recovery, strict=True)
         above = self.error.recovery_at > 0
         at = self.error.recovery_at[above]
-        return found | {f"recovery {name}": (at, np.maximum(values[above], ROUND_OFF)) for name, values in pairs}
+        found |= {f"recovery {name}": (at, np.maximum(values[above], ROUND_OFF)) for name, values in pairs}
+        return {label: curve for label, curve in found.items() if len(curve[0])}  # none below the first mode
 
 
 def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:

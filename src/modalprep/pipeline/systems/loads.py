@@ -58,6 +58,7 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
     translations, rotations = TRANSLATIONS_AND_ROTATIONS.get(
         table.type, (TRANSLATIONS.get(table.type, 0), ROTATIONS.get(table.type, 0))
     )
+    _refuse_wrong_drive(table, translations, rotations)
     drives = _list("force", table.force, translations) + _list("torque", table.torque, rotations)
     names = ["force"] * translations + ["torque"] * rotations
     keys = ("stiffness", "free_position", "damping", "friction", "limits")
@@ -75,6 +76,16 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
         )
         for stiffness, free_position, damping, friction, limits, drive, key in zip(*columns, drives, names, strict=True)
     )
+
+
+def _refuse_wrong_drive(table: JointTable, translations: int, rotations: int) -> None:
+    """Refuse a force along what only turns, and a torque about what only slides."""
+    for key, other, count, others in (("force", "torque", translations, rotations),
+                                      ("torque", "force", rotations, translations)):  # fmt: skip
+        if getattr(table, key) is not None and not count:
+            motion = "turn" if key == "torque" else "slide"
+            advice = f"give {other}" if others else "leave it out"
+            raise InputError(f"{key}: a joint of type {table.type!r} does not {motion}; {advice}")
 
 
 def prescribed_motion(table: JointTable, folder: Path) -> TimeFunction | tuple[TimeFunction, ...] | None:
