@@ -27,6 +27,7 @@ OPTIONS = {
     "no_cfunc_wrapper": True, "forceinline": False, "pipeline_class": KernelCompiler,
 }  # fmt: skip
 
+DIGEST = hashlib.sha256().digest_size
 NO_KERNELS = ("math", "numpy", "scipy")  # modules
 NUMERIC = (int, float)  # also bool, and numpy's float64
 Dispatcher = core.dispatcher.Dispatcher
@@ -202,6 +203,9 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
     different types at the same moment, a number may belong to other code: wrong results, or a crash. Numba lets a
     program choose the folder and the stamp of its files (NUMBA_CACHE_LOCATOR_CLASSES, for all functions of the
     process) but not how they are kept, so this takes the place of a private attribute: pyproject.toml bounds numba.
+
+    A file begins with the digest of all that follows and of its stamp: damaged code, which would end the process, and
+    that of other sources is never looked at.
     """
 
     def __init__(self, numbered: core.caching.IndexDataCacheFile, stamp: str) -> None:
@@ -211,9 +215,10 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
 
     def save(self, key: Any, data: Any) -> None:
         """Write the file of a signature; without room for it the next process compiles again."""
+        content = self._dump((key, data))
         with suppress(OSError), self._open_for_write(self._data_path(self._name(key))) as file:
-            pickle.dump((self._version, self._source_stamp), file)
-            file.write(self._dump((key, data)))
+            file.write(self._digest(content))
+            file.write(content)
 
     def load(self, key: Any) -> Any:
         """Return what was saved for a signature, here or in the installed package; None if there is nothing."""
@@ -225,13 +230,18 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
         return found
 
     def _read(self, path: str | Path, key: Any) -> Any:
-        """Return the data of a file, None if there is none, of another version, or not whole."""
-        moved = (ImportError, AttributeError)
-        with suppress(OSError, EOFError, pickle.UnpicklingError, *moved), open(path, "rb") as file:
-            if pickle.load(file) == (self._version, self._source_stamp):
-                saved, data = pickle.load(file)
+        """Return the data of a file, None if there is none, of another version, or not as it was written."""
+        with suppress(OSError, ImportError, AttributeError), open(path, "rb") as file:
+            digest, content = file.read(DIGEST), file.read()
+            if digest == self._digest(content):
+                saved, data = pickle.loads(content)
                 return data if saved == key else None
         return None
+
+    def _digest(self, content: bytes) -> bytes:
+        found = hashlib.sha256(repr((self._version, self._source_stamp)).encode())
+        found.update(content)
+        return found.digest()
 
     def flush(self) -> None:
         """Leave the files: they are written anew."""

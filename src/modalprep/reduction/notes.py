@@ -38,6 +38,8 @@ def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
     digit = 10.0 ** (np.floor(np.log10(top)) - 4)
     limit = float(np.floor(top / digit) * digit)
     count = int(np.sum(frequency < limit))
+    if not count:
+        return (f"there are no {kind} modes below {limit:.7g} Hz ({counted})",)
     return (f"all {count} {kind} modes below {limit:.7g} Hz were found ({counted})",)
 
 

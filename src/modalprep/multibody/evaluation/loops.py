@@ -20,6 +20,7 @@ from modalprep.multibody.packing.constraints import Closing, constraint_work, pa
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 
+NO_DISTANCE = 1e-9  # of the size of the system: below it a distance counts as zero
 MOVED = 1e-6  # rad or m, of an assembly: what is told
 
 
@@ -127,9 +128,20 @@ class Loops:
         given = self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, self.faces, self.kept, hinge
         if not projection.assemble(*given, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
+        self._refuse_no_distance()
         self._note_moved(y, found)
         self._note_redundant()
         return found
+
+    def _refuse_no_distance(self) -> None:
+        """Refuse distances that are zero as at the start: they have no direction."""
+        for row, value in zip(self.closing.rows, self.work.value, strict=True):
+            if row.kind == DISTANCE and row.function is None and abs(value) <= NO_DISTANCE * self.closing.size:
+                name = self.system.closures[row.closure].name
+                raise InputError(
+                    f"closure {name!r}: the {row.stops} is zero at the start, and has no direction; give a length, or "
+                    "use type = 'spherical', which keeps both points together"
+                )
 
     def settle(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
         """Project a state in place, stiff modes moving least; False when it cannot be closed."""

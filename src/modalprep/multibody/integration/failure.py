@@ -64,6 +64,8 @@ def failure(run: Running, t: float) -> SimulationError:
             begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
             "prescribed motions and lengths"
         )
+    if locked := gimbal_lock(run.system, run.packed, run.steps.y):
+        return SimulationError(begin + locked)
     evaluate(run.equations, t, run.steps.y, run.steps.ydot)
     loaded = _not_finite(run)
     if loaded and cause < 0:
@@ -71,11 +73,10 @@ def failure(run: Running, t: float) -> SimulationError:
     clock = run.steps.clock[0]
     if clock.last_step > 0.0 and clock.next_step > STALLED * t:
         return too_long(run, t, A_STEP * (run.loading.t_end - t) / clock.next_step)
-    if cause >= 0 and not run.system.bodies[body_of(run, cause)].n:
-        name = body_of(run, cause)
-        return SimulationError(begin + without_inertia(run.system, run.packed, run.steps.y, name))
     if cause >= 0 or (cause != NOT_CONVERGED and _nearly_singular(run, t)):
         name = body_of(run, cause) if cause >= 0 else softest(run)
+        if not run.system.bodies[name].n:
+            return SimulationError(begin + without_inertia(run.system, run.packed, run.steps.y, name))
         return SimulationError(
             f"{begin}the mass matrix of body {name!r} is no longer positive, its deflection is too large for its "
             "modes; keep fewer modes, leave out the inertia truncation vectors, or cut the body into smaller ones"

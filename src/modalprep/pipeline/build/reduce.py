@@ -71,10 +71,12 @@ def _basis(
 def _statement(error: ReductionError) -> str:
     parts = {"frequencies": error.frequency, "static responses": error.static, "dynamic compliance": error.dynamic}
     parts |= {f"recovery {name}": error.worst_of(name) for name in error.recoveries}
+    if not len(error.full):
+        del parts["frequencies"]
     worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
     return (
-        f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "
-        f"inertia of K - w^2 M): {worst}"
+        f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full) or 'no'} modes (counted "
+        f"by the inertia of K - w^2 M): {worst}"
     )
 
 

@@ -28,7 +28,15 @@ from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.time import has_several_values, time_function
 from modalprep.pipeline.systems.outline import refuse_before_work
 from modalprep.pipeline.systems.read import in_theory, read_system
-from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
+from modalprep.report.analysis import (
+    course,
+    most_moved,
+    response_plot,
+    sweep_plot,
+    system_table,
+    write_response,
+    write_sweep,
+)
 
 LINEAR = 1e-4  # error of the linear equations over their largest entry, above which an analysis fails
 
@@ -49,7 +57,8 @@ class Analysed:
     def notes(self) -> tuple[str, ...]:
         """What the user should know about the validity of the results."""
         inverse = () if self.inverse is None else self.inverse.notes
-        return (*(() if self.equilibrium is None else self.equilibrium.notes), *self.swept, *inverse)
+        rest = () if self.equilibrium is None else self.equilibrium.notes
+        return (*rest, *_instabilities(self.modes), *self.swept, *inverse)
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -80,6 +89,15 @@ class Analysed:
         if self.linear is not None:
             found["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
         return found | {"notes": list(self.notes), "failures": list(self.failures)}
+
+
+def _instabilities(modes: SystemModes | None) -> tuple[str, ...]:
+    """Say how many modes of all grow, those included that are not asked for."""
+    growing = [z.real for z in modes.eigenvalue.tolist() if course(z).startswith("unstable")] if modes else []
+    if not growing:
+        return ()
+    count = f"{len(growing)} of its modes {'grows' if len(growing) == 1 else 'grow'}"
+    return (f"the system is unstable about this state: {count}, the fastest by {max(growing):.4g} 1/s",)
 
 
 def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Analysed:

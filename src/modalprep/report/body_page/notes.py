@@ -9,6 +9,7 @@ from collections.abc import Iterable
 # warnings, so that a note nobody thought of is not taken for good news.
 WELL = (
     r"all \d+ [\w-]+ modes below .* were found",
+    r"^there are no [\w-]+ modes below",
     r"cells have no property .* and are left out; their groups name nodes only",
     r"^the second-order modal mass \(T\) is included",
     r"^mixed interfaces: ",
