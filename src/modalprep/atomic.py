@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import csv
-import glob
 import json
 import os
+import platform
 import re
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 from modalprep.errors import OutputError
 
 if TYPE_CHECKING:
     import numpy as np
 
-ABANDONED = 3600.0  # s
+ABANDONED, PAUSE = 3600.0, 60.0  # s
+PART = re.compile(r"\..*\.(?:([0-9a-f]{8})-)?(\d+)\.part(?:\.[^.]*)?")  # place and number of the process
+_swept: dict[str, float] = {}  # when, by folder
 FORMULA = re.compile(r"'*[=+\-@\t\r]")  # begins a cell that spreadsheets compute, or one with apostrophes before it
 
 
@@ -45,10 +49,10 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     refuse_folder(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    temporary = path.with_name(f".{path.stem}.{_here()}-{os.getpid()}.part{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _remove_abandoned(path)
+        _remove_abandoned(path.parent)
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
@@ -58,12 +62,40 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
-def _remove_abandoned(path: Path) -> None:
-    """Remove what runs that were killed have left of a file: temporary files that nobody has written to for long."""
-    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}"):
-        with suppress(OSError):
-            if time.time() - left.stat().st_mtime > ABANDONED:
-                left.unlink()
+def _remove_abandoned(folder: Path) -> None:
+    """Remove the temporary files that killed runs have left in a folder, at most once a minute."""
+    now = time.monotonic()
+    if now - _swept.get(str(folder), -PAUSE) < PAUSE:
+        return
+    _swept[str(folder)] = now
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            found = PART.fullmatch(entry.name)
+            with suppress(OSError):
+                if found and _is_abandoned(*found.groups(), entry.stat().st_mtime):
+                    os.unlink(entry.path)
+
+
+def _is_abandoned(place: str | None, process: str, written: float) -> bool:
+    """Whether the process of a temporary file has ended; one of another machine, when it has not written for long."""
+    if place != _here() or os.name != "posix":
+        return time.time() - written > ABANDONED
+    try:
+        os.kill(int(process), 0)  # asks only
+    except ProcessLookupError:
+        return True
+    except (PermissionError, OverflowError):
+        pass
+    return False
+
+
+@cache
+def _here() -> str:
+    """Name where the number of a process means something: this machine since its start, and its container."""
+    parts = [platform.node()]
+    with suppress(OSError):
+        parts += [Path("/proc/sys/kernel/random/boot_id").read_text(), os.readlink("/proc/self/ns/pid")]
+    return f"{crc32('|'.join(parts).encode()):08x}"
 
 
 def refuse_folder(path: Path) -> None:

@@ -24,6 +24,7 @@ from bad.good import (
 )
 
 import modalprep as mp
+from modalprep import atomic
 from modalprep.cli import main
 from modalprep.fe.external.files import read_matrices
 from modalprep.multibody.model.time_function import FUNCTIONS, TimeFunction
@@ -201,6 +202,38 @@ class TestLeftOver:
         os.utime(left, (time.time() - age,) * 2)
         mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
         assert left.exists() == stays  # a young one may belong to a run that goes on
+
+    def test_those_of_ended_processes_go_at_once(self, tmp_path):
+        """In the folder of any file that is written; those of a living process stay, and those of another machine."""
+        with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as other:
+            here = atomic._here()
+            names = {
+                "living": f".run.{here}-{other.pid}.part.h5", "own": f".x.{here}-{os.getpid()}.part",
+                "elsewhere": f".run.00000000-{2**22 + 1}.part.h5", "unlike": f"run.{here}-{2**22 + 1}.part.h5",
+                "dead": f".other name.v2.{here}-{2**22 + 1}.part.csv",
+            }  # fmt: skip
+            for name in names.values():
+                (tmp_path / name).write_text("half")
+            mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+            assert [key for key, name in names.items() if not (tmp_path / name).exists()] == ["dead"]
+            other.communicate(b"\n")
+        atomic._swept.clear()  # after a minute
+        mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        assert [key for key, name in names.items() if (tmp_path / name).exists()] == ["own", "elsewhere", "unlike"]
+
+    def test_a_killed_run_leaves_nothing_to_the_next(self, tmp_path):
+        """A process is killed while it writes; the next one that writes another file there removes what it left."""
+        code = (
+            "import sys, time; from modalprep.atomic import atomic_path\n"
+            "with atomic_path(sys.argv[1]) as file:\n"
+            "    file.write_bytes(bytes(10**6))\n    print(flush=True)\n    time.sleep(99)"
+        )
+        with subprocess.Popen([sys.executable, "-c", code, tmp_path / "run.h5"], stdout=subprocess.PIPE) as process:
+            process.stdout.readline()
+            process.kill()
+        assert list(tmp_path.glob(".run.*.part.h5"))
+        mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        assert [path.name for path in tmp_path.iterdir()] == ["body.h5"]
 
 
 class TestMark:

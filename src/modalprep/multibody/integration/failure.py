@@ -11,11 +11,13 @@ from modalprep.errors import SimulationError
 from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.evaluation.singular import gimbal_lock, without_inertia
+from modalprep.multibody.integration.causes import fastest_element
 from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.reference.equations import mass_and_force
 
 LATER = 1e-3  # of the run
+COUNTS = 0.02  # times the step: the rate of what holds it
 MOST_EVALUATIONS = 1e6  # to the end of a run, beyond which its callbacks are looked at
 SHARES = (1e-3, 2e-3, 5e-3)  # of a step; a smooth load changes there by that share of its change in the step
 MOST_HALVED = 20  # of 256 fixed steps
@@ -101,9 +103,17 @@ def too_long(run: Running, t: float, more: float) -> SimulationError:
         return SimulationError(f"simulation stopped at t = {t:.6g} s: {locked}")
     return SimulationError(
         f"simulation stopped at t = {t:.6g} s: the steps are so short that the rest of the run would take about "
-        f"{more:.0e} evaluations, body {fastest(run)!r} moves fastest; lower t_end, or look for a load, stiffness or "
-        "damping that is far too large there"
+        f"{more:.0e} evaluations, since {why_short(run, t)}; lower t_end, or look for a load, stiffness or damping "
+        "that is far too large there"
     )
+
+
+def why_short(run: Running, t: float) -> str:
+    """Say why steps are short: what changes so fast with the motion, else the body that moves fastest."""
+    rate, what = fastest_element(run, t)
+    if rate * float(run.steps.clock[0].last_step) > COUNTS:
+        return f"{what} changes with the motion at a rate of {rate:.0e} 1/s"
+    return f"body {fastest(run)!r} moves fastest"
 
 
 def refuse_noise(run: Running, spent: int, moved: float) -> None:

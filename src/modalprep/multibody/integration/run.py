@@ -21,6 +21,7 @@ from modalprep.multibody.integration.endless import refuse_endless
 from modalprep.multibody.integration.event_actions import Changes
 from modalprep.multibody.integration.event_search import EventSearch
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise, wound
+from modalprep.multibody.integration.forecast import Forecast
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.integration.watching import CHUNK, new_watch
@@ -109,6 +110,7 @@ class Integration:
                 self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
+        self.forecast = Forecast()
         self.looked = (0, 0.0)  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
@@ -195,6 +197,7 @@ class Integration:
             if code == driver.COLLAPSED:
                 self._escape(record, end)
                 continue
+            self.forecast.look(self)
             if progress:
                 progress(self._t)
             if code == driver.STOPPED and self._change(record, end):
