@@ -32,7 +32,7 @@ def modes(
     """
     from modalprep.errors import InputError
     from modalprep.pipeline.build.build import build_body
-    from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared, refuse_shared_folders
+    from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_shared, refuse_shared_folders
     from modalprep.pipeline.console import Reporter
     from modalprep.report.body_page.printing import find_browser, print_page
     from modalprep.report.page import write_page

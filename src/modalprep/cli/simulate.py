@@ -51,8 +51,7 @@ def simulate(
     The exit code is 1 when the audit of the run fails, a margin is negative or a damage is 1 or more.
     """
     from modalprep.pipeline.batch.settings import with_settings
-    from modalprep.pipeline.build.folders import output_folder
-    from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+    from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import Outcome, plot_runs
     from modalprep.pipeline.schema.load import load_pipeline

@@ -9,8 +9,7 @@ from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.formats.resultfile import read_result
 from modalprep.pipeline.build.build import made_bodies
-from modalprep.pipeline.build.folders import output_folder
-from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import read_system

@@ -81,7 +81,7 @@ def run_pipeline(
         With one message each; files written before remain intact. An audit that fails raises nothing, nor does a
         negative margin: see `Outcome.failures` and `Outcome.exceeded`, with which the command ends.
     """
-    from modalprep.pipeline.build.folders import output_folder, refuse_shared_folders
+    from modalprep.pipeline.build.sources import output_folder, refuse_shared_folders
     from modalprep.pipeline.pictures import pictures_beside
 
     pipeline = load_pipeline(path)

@@ -17,8 +17,7 @@ from pydantic import ValidationError
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
-from modalprep.pipeline.build.folders import mark_source, refuse_shared
-from modalprep.pipeline.build.sources import relative
+from modalprep.pipeline.build.sources import mark_source, refuse_shared, relative
 from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline

@@ -15,9 +15,8 @@ from modalprep.formats.export import EXPORTS
 from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.folders import mark_source, output_folder
 from modalprep.pipeline.build.inputs import inputs
-from modalprep.pipeline.build.sources import pipelines_of, refuse_overwriting, source_files
+from modalprep.pipeline.build.sources import mark_source, output_folder, pipelines_of, refuse_overwriting, source_files
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector, naming

@@ -1,4 +1,4 @@
-"""The files that a pipeline file needs: their hashes, and what may not be written over them."""
+"""The files that a pipeline file needs, where its outputs go, and what may not be written over."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from modalprep.atomic import refuse_unwritable
+from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.pipeline.build.supplied import supplied_files
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
+
+MARK = ".source"  # beside or in what is written: the file that it was made of, as seen from there
 
 
 def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
@@ -110,3 +112,69 @@ def relative(file: Path, folder: Path) -> str:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
     except ValueError:  # on another drive
         return file.resolve().as_posix()
+
+
+def output_folder(path: Path, output: Path | None) -> Path:
+    """Return where the outputs of a pipeline file go: ``<output>/<name>``, by default ``output`` beside the file.
+
+    Examples
+    --------
+    >>> output_folder(Path("pipelines/bracket.toml"), None).as_posix()
+    'pipelines/output/bracket'
+    """
+    return (output or path.parent / "output") / path.stem
+
+
+def refuse_shared(target: Path, file: Path) -> None:
+    """Refuse a folder, or a page, that was made of another file of the same name, as long as that one is there.
+
+    Raises
+    ------
+    InputError
+        Which names both files.
+
+    Examples
+    --------
+    >>> refuse_shared(Path("output/arm"), Path("arm.toml"))
+    """
+    mark = _mark(target)
+    if not mark.is_file():
+        return
+    other = Path(mark.parent, mark.read_text(encoding="utf-8").strip())
+    if other.is_file() and not same_file(other, file):
+        raise InputError(
+            f"{file} would overwrite the outputs of {other.resolve()} in {target}; rename one of the two files, or "
+            "choose another --output folder"
+        )
+
+
+def refuse_shared_folders(path: Path, output: Path | None) -> None:
+    """Refuse a pipeline file when its outputs, or those of its bodies, would overwrite those of another file.
+
+    Raises
+    ------
+    InputError
+        Which names both files.
+    """
+    found: dict[Path, Path] = {}
+    for file in pipelines_of(path):
+        folder = output_folder(file, output)
+        if other := found.get(folder.resolve()):
+            raise InputError(f"{other} and {file} would both write into {folder}; rename one, or leave out --output")
+        found[folder.resolve()] = file
+        if file.parent.resolve() != folder.resolve():  # a copy that the program has written has the mark of its source
+            refuse_shared(folder, file)
+
+
+def mark_source(target: Path, file: Path) -> None:
+    """Note of which file a folder, or a page, is made."""
+    mark = _mark(target)
+    text = relative(file, mark.parent)
+    if file.parent.resolve() == target.resolve() or (mark.is_file() and mark.read_text(encoding="utf-8") == text):
+        return
+    with atomic_path(mark) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _mark(target: Path) -> Path:
+    return target.with_name(f".{target.name}{MARK}") if target.suffix == ".html" else target / MARK

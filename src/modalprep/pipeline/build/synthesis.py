@@ -12,9 +12,14 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import current_body, read_bodies
-from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
-from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.build.sources import (
+    mark_source,
+    needed_files,
+    output_folder,
+    refuse_overwriting,
+    refuse_shared_folders,
+)
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load_pipeline

@@ -19,8 +19,13 @@ from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
 from modalprep.pipeline.build.build import made_bodies
-from modalprep.pipeline.build.folders import mark_source, output_folder, refuse_shared_folders
-from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.build.sources import (
+    mark_source,
+    needed_files,
+    output_folder,
+    refuse_overwriting,
+    refuse_shared_folders,
+)
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import load_pipeline
