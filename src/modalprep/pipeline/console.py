@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -38,14 +39,25 @@ class Reporter:
         return path
 
     @contextmanager
+    def _hushed(self) -> Iterator[None]:
+        """Keep the lines on long runs back where nothing is to be printed."""
+        log = logging.getLogger("modalprep")
+        before, log.disabled = log.disabled, log.disabled or self.console.quiet
+        try:
+            yield
+        finally:
+            log.disabled = before
+
+    @contextmanager
     def progress(self, title: str, total: float, *, stage: str = "", unit: str = "") -> Iterator[Reach]:
         """Show a bar from 0 to total with the stage and its time; the times of all stages are printed at its end.
 
         The yielded function takes the value that is reached, and the name of the stage that begins there.
         """
         self.say(f"{title} ...")
-        if not (self.console.is_terminal and not self.console.quiet):
-            yield lambda value, begun="": None
+        if self.console.quiet or not self.console.is_terminal:
+            with self._hushed():
+                yield lambda value, begun="": None
             return
         from modalprep.pipeline.bar import drawn_bar
 

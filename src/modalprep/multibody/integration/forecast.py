@@ -17,16 +17,11 @@ MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0
 
 
 class Forecast:
-    """Says on the log how a run goes on, at growing intervals.
+    """Says on the log how a run goes on, at growing intervals."""
 
-    Parameters
-    ----------
-    first : float
-        s until the first line.
-    """
-
-    def __init__(self, first: float = FIRST) -> None:
-        self.first, self.begun, self.next, self.mark = first, None, first, (0.0, 0.0)
+    def __init__(self) -> None:
+        self.begun: float | None = None
+        self.next, self.mark = FIRST, (0.0, 0.0)  # s spent; s spent and s reached at the last line
 
     def look(self, run: Running) -> None:
         """Write a line when it is time for one; the clock begins at the first look, after the compilation."""
