@@ -101,7 +101,7 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
 
 def _refuse_unknown_place(system: System, where: str, what: str) -> None:
     joints = {joint.name for joint in system.joints}
-    if where not in joints and where.rpartition(".")[0] not in system.bodies and where != GROUND:
+    if where not in joints and where.partition(".")[0] not in system.bodies and where != GROUND:
         ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
         raise InputError(f"{what} acts on nothing; {suggestion(where, [*joints, *ends], 'there are')}")
 
