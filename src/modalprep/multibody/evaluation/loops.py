@@ -136,7 +136,8 @@ class Loops:
     def _refuse_no_distance(self) -> None:
         """Refuse distances that are zero as at the start: they have no direction."""
         for row, value in zip(self.closing.rows, self.work.value, strict=True):
-            if row.kind == DISTANCE and row.function is None and abs(value) <= NO_DISTANCE * self.closing.size:
+            none = row.kind == DISTANCE and row.function is None and abs(value) <= NO_DISTANCE * self.closing.size
+            if none and self.active(row.closure):
                 name = self.system.closures[row.closure].name
                 raise InputError(
                     f"closure {name!r}: the {row.stops} is zero at the start, and has no direction; give a length, or "
