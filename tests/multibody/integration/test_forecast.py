@@ -8,7 +8,7 @@ import pytest
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.multibody import HingeElement
-from modalprep.multibody.integration import forecast
+from modalprep.multibody.integration import endless
 from modalprep.pipeline.console import Reporter
 
 
@@ -39,7 +39,7 @@ def lines_of(system, caplog, count=2):
 
 def test_friction_with_a_tiny_transition_velocity(monkeypatch, caplog):
     """It ran over 100 s without a word. The rate is the slope of the friction over the inertia, 1e9 / .35 = 3e9 1/s."""
-    monkeypatch.setattr(forecast, "FIRST", 0.2)
+    monkeypatch.setattr(endless, "FIRST", 0.2)
     for line in lines_of(pendulum(friction=100.0, transition_velocity=1e-7), caplog):
         assert re.search(r"t = \S+ of 0.2 s after \d+ s, .* more at this rate: steps are of \S+ s, since", line)
         assert "the friction, of a transition velocity of 1e-07, of joint 'p' changes with the motion" in line
@@ -54,7 +54,7 @@ def test_quick_runs_say_nothing(caplog):
 def test_forecast_is_right_for_steady_progress(monkeypatch, caplog):
     """By a clock of its own: a fifth of the run in 10 s leaves 40 s."""
     clock = iter([0.0, 10.0])
-    monkeypatch.setattr(forecast, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(endless, "perf_counter", lambda: next(clock))
 
     class Steady:
         class steps:
@@ -63,7 +63,7 @@ def test_forecast_is_right_for_steady_progress(monkeypatch, caplog):
         class loading:
             t_end = 5.0
 
-    lines = forecast.Forecast()
+    lines = endless.Forecast()
     lines.look(Steady)
     Steady.steps.clock[0].time = 1.0
     lines.look(Steady)
@@ -72,7 +72,7 @@ def test_forecast_is_right_for_steady_progress(monkeypatch, caplog):
 
 def test_quiet_reporters_keep_them_back(caplog):
     with Reporter(quiet=True).progress("run", 1.0):
-        forecast.LOG.warning("a line")
+        endless.LOG.warning("a line")
     with Reporter().progress("run", 1.0):
-        forecast.LOG.warning("another line")
+        endless.LOG.warning("another line")
     assert [record.getMessage() for record in caplog.records] == ["another line"]

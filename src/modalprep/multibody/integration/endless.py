@@ -1,12 +1,15 @@
-"""Runs that would not end: steps so short that their number to the end of the run is beyond all patience, and why."""
+"""Runs that take long say how long and why; those whose steps are too short to reach the end are stopped."""
 
 from __future__ import annotations
+
+import logging
+from time import perf_counter
 
 import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
-from modalprep.multibody.integration.failure import Running, too_long
+from modalprep.multibody.integration.failure import Running, too_long, why_short
 from modalprep.multibody.integration.method_selection import any_direction, top_frequency
 from modalprep.multibody.integration.stepping import Run
 from modalprep.multibody.model.loads import Callback
@@ -15,6 +18,11 @@ CALLS, MOST_CALLS = 20_000, 1e7  # between two looks at a run with callbacks, an
 EVALUATIONS, ENDLESS = 1_000_000, 1e11  # of compiled equations: a day
 STEEP = 10.0  # times the highest rate of the system without its callbacks
 ITERATIONS, NUDGE = 6, 1e-7  # of a power iteration, and m/s or rad/s
+LOG = logging.getLogger("modalprep")  # Python prints warnings on the standard error, unless a program says otherwise
+FIRST, GROWTH = 5.0, 2.0  # s of the first line; the interval grows with the time spent
+LONG = 60.0  # s more, from which the cause is looked for
+SHORT = 1e-5  # of the run: steps that are short
+MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0
 
 
 def refuse_endless(run: Running) -> None:
@@ -82,3 +90,48 @@ def _fastest_rate(eq: Equations, run: Run, t: float) -> float:
         d = moved[nx:-1] - base[nx:-1]
         rate = float(np.linalg.norm(d) / np.linalg.norm(y[nx:-1] - run.y[nx:-1]))
     return max(rate, top_frequency(eq, run, t))
+
+
+class Forecast:
+    """Says on the log how a run goes on, at growing intervals."""
+
+    def __init__(self) -> None:
+        self.begun: float | None = None
+        self.next, self.mark = FIRST, (0.0, 0.0)  # s spent; s spent and s reached at the last line
+
+    def look(self, run: Running) -> None:
+        """Write a line when it is time for one; the clock begins at the first look, after the compilation."""
+        now, t = perf_counter(), float(run.steps.clock[0].time)
+        if self.begun is None:
+            self.begun, self.mark = now, (0.0, t)
+        spent = now - self.begun
+        if spent < self.next:
+            return
+        moved, left = t - self.mark[1], run.loading.t_end - t
+        more = (spent - self.mark[0]) * left / moved if moved > 0.0 else np.inf
+        LOG.warning("%s", self._line(run, t, spent, more))
+        self.mark, self.next = (spent, t), GROWTH * spent
+
+    def _line(self, run: Running, t: float, spent: float, more: float) -> str:
+        end, step = run.loading.t_end, float(run.steps.clock[0].last_step)
+        line = f"t = {t:.4g} of {end:g} s after {lasting(spent)}, {lasting(more)} more at this rate"
+        if more < LONG or step > SHORT * end:
+            return line
+        return f"{line}: steps are of {step:.0e} s, since {why_short(run, t)}"
+
+
+def lasting(seconds: float) -> str:
+    """Write a time that a user waits.
+
+    Examples
+    --------
+    >>> [lasting(seconds) for seconds in (4.6, 200.0, 5000.0, 2e5, 4e7)]
+    ['5 s', '3 min', '1.4 h', '2.3 days', 'more than a year']
+    """
+    if seconds < 2 * MINUTE:
+        return f"{seconds:.0f} s"
+    if seconds < HOUR:
+        return f"{seconds / MINUTE:.0f} min"
+    if seconds < DAY:
+        return f"{seconds / HOUR:.1f} h"
+    return f"{seconds / DAY:.1f} days" if seconds < 365 * DAY else "more than a year"
