@@ -119,6 +119,8 @@ def why_short(run: Running, t: float) -> str:
 def fastest_element(run: Running, t: float) -> tuple[float, str]:
     """Return the highest rate (1/s) at which an element of a joint changes with the motion, and its words."""
     M, _ = mass_and_force(run.system.at(t), run.steps.y[:-1], run.loading.prescribe(t))
+    if not np.isfinite(M).all():
+        return 0.0, ""
     mobility = np.diag(np.linalg.pinv(M))
     found = [
         (rate, f"{words} of joint {joint.name!r}")
