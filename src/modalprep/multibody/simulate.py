@@ -137,6 +137,7 @@ def simulate(
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
     notes = (
+        *integration.change_points.notes(),
         *large_deflections(system.bodies, result.time, modal),
         *wound_springs(system.loads, result),
         *integration.notes(),

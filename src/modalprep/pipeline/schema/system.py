@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from modalprep.multibody.model.constraints import ClosureType
+from modalprep.multibody.model.constraints import REACH, ClosureType
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema import quantities
 from modalprep.pipeline.schema.base import Table, Vector
@@ -33,6 +33,7 @@ from modalprep.pipeline.schema.time import TIME, Time, form
 INERTIA_ROUNDING = 1e-6
 END = "'body.interface' or 'ground'"
 EACH = "; a list for a joint with several coordinates, translations before rotations"
+FAR = "how far closing the loops may move a joint at the start: rad, or sizes of the system; the largest counts"
 
 
 def _three_or_six(inertia: list[float]) -> list[float]:
@@ -203,6 +204,7 @@ class ClosureTable(Table):
         1e-3, description="of friction, from sticking to sliding, m/s"
     )
     active: bool = Field(True, description="false: inactive until an event activates it")
+    reach: Annotated[float, Field(gt=0)] = Field(REACH, description=FAR)
 
 
 class CouplerTable(Table):
@@ -213,6 +215,7 @@ class CouplerTable(Table):
     )
     value: Time | None = Field(None, description="of the sum, m or rad; default as at the start: " + TIME)
     active: bool = Field(True, description="false: inactive until an event activates it")
+    reach: Annotated[float, Field(gt=0)] = Field(REACH, description=FAR)
 
 
 class SimulationTable(Table):
