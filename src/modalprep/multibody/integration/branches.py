@@ -21,6 +21,7 @@ from modalprep.multibody.kernels.joints import move, normalise
 
 SURE = 0.5  # product of cosines between singular vectors at both ends of a part of a step: they are the same ones
 PARTS = 16  # of a step whose ends are too far from each other to be compared
+DEEP = 1e-4  # of the largest singular value: steps from there may be too short to be seen as near it
 ZERO = 1e-6  # of the largest singular value: none
 SOLVED, MOST_SOLUTIONS = 1e-9, 8  # last of the Newton steps (rad or m) to a change point, and how many they are
 FLAT = 1e-5  # of the largest bend: none
@@ -53,17 +54,28 @@ class Crossing(NamedTuple):
 
 
 class Course:
-    """The motion in the last step of a run: the cubic through both ends and their rates; `before`: in a step before."""
+    """The motion in a step, or a few: the cubic through both ends and their rates; `before` is the one before."""
 
-    def __init__(self, loading: Loading, run: Run, before: Course | None = None) -> None:
+    def __init__(self, loading: Loading, times: tuple[float, float], ends: tuple, before: Course | None = None) -> None:
         self.loading, self.loops, self.packed = loading, loading.loops, loading.packed
         self.model, self.data, self.nx = self.packed.model, self.packed.data(), self.packed.nx
-        self.begin, self.end = float(run.clock[0].begin), float(run.clock[0].time)
-        self.h = self.end - self.begin
-        self.ends = run.old[:-1].copy(), run.y[:-1].copy()
+        self.begin, self.end = times
+        self.ends, self.h = ends, self.end - self.begin
         self.rank = int(self.loops.work.held[0])
         if before is not None and before.end == self.begin and before.rank == self.rank:
             self.first = before.last
+
+    @classmethod
+    def of(cls, loading: Loading, run: Run, before: Course | None) -> Course:
+        """Return that of the last step of a run."""
+        times = float(run.clock[0].begin), float(run.clock[0].time)
+        return cls(loading, times, (run.old[:-1].copy(), run.y[:-1].copy()), before)
+
+    def between(self, before: Course) -> Course | None:
+        """Return the course from an earlier one to this; None where the loops are not at the same singular position."""
+        if not before.end < self.begin or max(before.last.value, self.first.value) > DEEP or before.rank != self.rank:
+            return None
+        return Course(self.loading, (before.end, self.begin), (before.ends[1], self.ends[0]), before)
 
     @cached_property
     def first(self) -> Singular:

@@ -37,8 +37,9 @@ class ChangePoints:
             When the step went from one branch of the motion to another.
         """
         self.looks += 1
-        self._before = course = Course(self.loading, run, self._before)
-        for crossing in course.crossings():
+        before, course = self._before, Course.of(self.loading, run, self._before)
+        self._before, gap = course, None if before is None else course.between(before)
+        for crossing in [*([] if gap is None else gap.crossings()), *course.crossings()]:
             if crossing.left:
                 raise SimulationError(
                     f"simulation stopped at t = {crossing.time:.6g} s: at a change point of the closed loops the step "
