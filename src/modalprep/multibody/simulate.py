@@ -145,6 +145,7 @@ def simulate(
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
     notes = (
+        *integration.change_points.notes(),
         *large_deflections(system.bodies, result.time, modal),
         *integration.notes(),
         *time_notes(system, t_end, shortest_event),

@@ -12,7 +12,7 @@ from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection, responses
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, FACE, MOST_STEPS
-from modalprep.multibody.kernels.data import REVOLUTE, SLIDING, SPEEDS, Data
+from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
@@ -121,7 +121,8 @@ class Loops:
         Raises
         ------
         InputError
-            When a loop cannot be closed; the sentence names the closure and its gap.
+            When a loop cannot be closed; the sentence names the closure and its gap. When a joint is moved farther than
+            `reach` of the closures; the sentence names it and what it is moved by.
         """
         self.notes.clear()
         found, hinge, closing = np.empty_like(y), np.empty(self.packed.nu), self.closing
@@ -129,6 +130,8 @@ class Loops:
         if not projection.assemble(*given, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
         self._refuse_no_distance()
+        self._to_nearest_turn(y, found)
+        self._refuse_far(y, found)
         self._note_moved(y, found)
         self._note_redundant()
         return found
@@ -194,6 +197,40 @@ class Loops:
         """Return the rotation from the axes of an end's link to those of its body."""
         link = self.arrays.ends["link"][end]
         return self.packed.align(link) if link >= 0 else np.eye(3)
+
+    def _to_nearest_turn(self, before: np.ndarray, after: np.ndarray) -> None:
+        """Take whole turns off what hinges were turned by, but those of couplers, which count them."""
+        for i, link in enumerate(self.packed.model.links):
+            if self.packed.types[i] == REVOLUTE and not np.any(self.arrays.terms["link"] == i):
+                after[link["x"]] -= 2 * np.pi * np.round((after[link["x"]] - before[link["x"]]) / (2 * np.pi))
+
+    def _refuse_far(self, before: np.ndarray, after: np.ndarray) -> None:
+        """Refuse a motion of a joint beyond the reach that the closures ask for."""
+        reach = max(closure.reach for closure in self.system.closures)
+        far, name, unit, most = max(self._motions(before, after), default=(0.0, "", "", 0.0))
+        if far > reach:
+            raise InputError(
+                f"closing the loops would move joint {name!r} by {most:.3g} {unit} from its start; closures may move "
+                f"joints by {reach:g} rad, or {reach:g} times the size of the system, {self.closing.size:.3g} m: give "
+                f"start values nearer to the closed loops, or reach = {1.1 * far:.2g} with one of the closures"
+            )
+
+    def _motions(self, before: np.ndarray, after: np.ndarray) -> list[tuple[float, str, str, float]]:
+        """Return how far each joint was moved: relative to what a reach of 1 allows, its name, its unit, the motion."""
+        found, size = [], self.closing.size
+        for i, link in enumerate(self.packed.links):
+            kind, x = self.packed.types[i], self.packed.model.links["x"][i]
+            q = x + 3 if kind == FREE else x
+            if kind in (SPHERICAL, FREE):
+                angle = 2 * np.arccos(min(1.0, abs(before[q : q + 4] @ after[q : q + 4])))
+                found.append((angle, link.joint.name, "rad", angle))
+            if kind == FREE or (kind == SLIDING and not self.packed.turns(i)):
+                travel = np.linalg.norm((after - before)[x : x + (3 if kind == FREE else 1)])
+                found.append((travel / size, link.joint.name, "m", travel))
+            if kind in (REVOLUTE, SLIDING) and self.packed.turns(i):
+                angle = abs(after[x] - before[x])
+                found.append((angle, link.joint.name, "rad", angle))
+        return found
 
     def _note_moved(self, before: np.ndarray, after: np.ndarray) -> None:
         moved, far = [], np.abs(after - before) > MOVED

@@ -27,6 +27,8 @@ from modalprep.multibody.integration.stepping import (
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.callbacks import call_address
 from modalprep.multibody.kernels.closed_loops.multipliers import (
+    begin_step,
+    came_near,
     free_rank,
     hold_rank,
     near_singular,
@@ -38,7 +40,7 @@ ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
 MOST_GROWTH = (6.0, 100.0, 2.0)
 # in sizes of a body: deflections count by it at least, beside moving joints and where nothing else moves
 LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.27, 0.01), (0.01, 0.05, 0.01)
-RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND = range(8)
+RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND, NEAR = range(9)
 SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
 # of a PI controller, over the order: Hairer and Wanner (1996), IV.2; little P where steps have to grow by decades
 PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
@@ -62,6 +64,7 @@ class Watch(NamedTuple):
     shared: np.ndarray  # (1,) SHARED, of the equations
     hook: np.ndarray  # (1,) int, address of the function that looks for events and writes `stop`; 0 without events
     stop: np.ndarray  # (1,) s, of the first event that ends the last step
+    branches: np.ndarray  # (1,) int, whether `advance` returns NEAR after a step that came near a singular position
 
 
 @compile_kernel
@@ -143,6 +146,7 @@ def advance(eq, run, watch, method, stop, most):
         if h > 0.5 * left:
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
         end = goal if h == left else t + h
+        begin_step(eq.work, eq.implicit_work)
         status, error = _try(eq, run, method, t, h)
         passed = error <= 1.0 or run.clock[0].fixed_step > 0.0
         if status == GOOD and not error < np.inf:
@@ -185,6 +189,8 @@ def advance(eq, run, watch, method, stop, most):
                 code = _events(eq.model, run, watch)
                 if code != RUNNING:
                     return code
+            if watch.branches[0] and came_near(eq.work, eq.implicit_work):
+                return NEAR
         if run.clock[0].next_step < SMALLEST * stop:
             return COLLAPSED
     return RUNNING

@@ -16,6 +16,7 @@ from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration import driver
+from modalprep.multibody.integration.change_points import ChangePoints
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.integration.endless import Forecast, refuse_endless
 from modalprep.multibody.integration.event_actions import Changes
@@ -108,6 +109,8 @@ class Integration:
             if pointer:
                 self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
+        self.change_points = ChangePoints(loading)
+        self.watch.branches[0] = loading.loops is not None
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
         self.forecast = Forecast()
         self.looked = (0, 0.0)  # evaluations and time when `refuse_endless` looked
@@ -193,6 +196,9 @@ class Integration:
             code = self._advance(self.choice.method, end, self._chunk())
             self._drain(record)
             self.raise_callback()
+            if code == driver.NEAR:
+                self.watch.branches[0] = self.change_points.look(self.steps)
+                continue
             if code == driver.COLLAPSED:
                 self._escape(record, end)
                 continue

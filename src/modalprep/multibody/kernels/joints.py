@@ -353,6 +353,12 @@ def normalise(model, y):
                 y[x + k] *= f
 
 
+@compile_inline
+def is_turn(link, u):
+    """Whether speed u of a link's joint turns it, and does not shift it."""
+    return link.joint == SPHERICAL or link.about != 0.0 or (link.joint == FREE and u >= link.u + 3)
+
+
 @compile_kernel
 def move(model, y, d, out):
     """Move the coordinates of y by increments ``d (nu,)``: exponentials of the motion where a joint turns freely.

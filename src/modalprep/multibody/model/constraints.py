@@ -24,6 +24,7 @@ ClosureType = Literal[
 ]  # fmt: skip
 WITH_FRICTION = ("point_on_line", "point_on_plane")
 WITH_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar")  # which hold a direction of both ends
+REACH = 1.6  # rad, and in sizes of the system: about a quarter turn
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -57,11 +58,14 @@ class Closure(Record):
         ``friction_coefficient`` times the normal one; below that the point sticks.
     active : bool
         Whether it is active from the start; otherwise an `Event` may activate it.
+    reach : float
+        How far closing the loops at the start may move a joint: rad, or times the size of the system (its largest body
+        between interfaces). The largest of all closures and couplers counts for all joints.
 
     Raises
     ------
     InputError
-        When the ends are the same, or values do not belong to the type.
+        When the ends are the same, values do not belong to the type, or `reach` is not positive.
 
     Examples
     --------
@@ -90,6 +94,7 @@ class Closure(Record):
     friction_coefficient: float = 0.0
     transition_velocity: float = 1e-3
     active: bool = True
+    reach: float = REACH
 
     def __post_init__(self) -> None:
         """Read functions of time, normalise axes."""
@@ -106,6 +111,7 @@ class Closure(Record):
         object.__setattr__(self, "rotation", as_rotation(self.rotation, f"{self._what}: rotation"))
         self._read_functions()
         self._check_friction()
+        _check_reach(self._what, self.reach)
         super().__post_init__()
 
     def _check_friction(self) -> None:
@@ -155,11 +161,14 @@ class Coupler(Record):
         m or rad, as the sum; None: as at the start, or at the event that activates it.
     active : bool
         Whether it is active from the start; otherwise an `Event` may activate it.
+    reach : float
+        How far closing the loops at the start may move a joint: rad, or times the size of the system (its largest body
+        between interfaces). The largest of all closures and couplers counts for all joints.
 
     Raises
     ------
     InputError
-        When there is no factor, or one is zero or not finite.
+        When there is no factor, one is zero or not finite, or `reach` is not positive.
 
     Examples
     --------
@@ -172,6 +181,7 @@ class Coupler(Record):
     factors: Mapping[str, float]
     value: TimeFunction | None = None
     active: bool = True
+    reach: float = REACH
 
     def __post_init__(self) -> None:
         """Check the factors, read the function of time."""
@@ -181,11 +191,17 @@ class Coupler(Record):
         for joint, factor in self.factors.items():
             if factor == 0 or not np.isfinite(factor):
                 raise InputError(f"{what}: factor {factor:g} of joint {joint!r} must be a number other than 0")
+        _check_reach(what, self.reach)
         if self.value is not None:
             value = TimeFunction.of(self.value).as_motion()
             value.refuse_jumps(f"{what}: the value")
             object.__setattr__(self, "value", value)
         super().__post_init__()
+
+
+def _check_reach(what: str, reach: float) -> None:
+    if not reach > 0:
+        raise InputError(f"{what}: reach = {reach:g} must be positive")
 
 
 def check_closures(

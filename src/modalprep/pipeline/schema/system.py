@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
 from modalprep.body.rigid import refuse_impossible_inertia
-from modalprep.multibody.model.constraints import WITH_AXIS, WITH_FRICTION, ClosureType
+from modalprep.multibody.model.constraints import REACH, WITH_AXIS, WITH_FRICTION, ClosureType
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema import quantities
 from modalprep.pipeline.schema.base import Table, Vector
@@ -34,6 +34,7 @@ from modalprep.pipeline.schema.time import TIME, Time, form
 
 END = "'body.interface' or 'ground'"
 EACH = "; a list for a joint with several coordinates, translations before rotations"
+FAR = "how far closing the loops may move a joint at the start: rad, or sizes of the system; the largest counts"
 
 
 def _possible(inertia: list[float]) -> list[float]:
@@ -206,6 +207,7 @@ class ClosureTable(Table):
         1e-3, description="of friction, from sticking to sliding, m/s"
     )
     active: bool = Field(True, description="false: inactive until an event activates it")
+    reach: Annotated[float, Field(gt=0)] = Field(REACH, description=FAR)
 
 
 class CouplerTable(Table):
@@ -216,6 +218,7 @@ class CouplerTable(Table):
     )
     value: Time | None = Field(None, description="of the sum, m or rad; default as at the start: " + TIME)
     active: bool = Field(True, description="false: inactive until an event activates it")
+    reach: Annotated[float, Field(gt=0)] = Field(REACH, description=FAR)
 
 
 class SimulationTable(Table):

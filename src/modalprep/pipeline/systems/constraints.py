@@ -31,7 +31,8 @@ def read_closures(
     for name, coupler in couplers.items():
         with naming(f"coupler {name!r}"):
             value = time_function("value", coupler.value, folder)
-            found.append(Coupler(name=name, factors=coupler.factors, value=value, active=coupler.active))
+            options = {"value": value, "active": coupler.active, "reach": coupler.reach}
+            found.append(Coupler(name=name, factors=coupler.factors, **options))
     return tuple(found)
 
 
@@ -51,4 +52,5 @@ def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
         friction_coefficient=table.friction_coefficient,
         transition_velocity=table.transition_velocity,
         active=table.active,
+        reach=table.reach,
     )

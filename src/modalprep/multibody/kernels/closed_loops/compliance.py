@@ -26,7 +26,7 @@ def follow(work, compliant):
         compliant.held[0] = work.held[0] + len(compliant.value) - len(work.value)
         for i in range(len(work.value)):
             compliant.value[i], compliant.unit[i] = work.value[i], work.unit[i]
-            compliant.floor[i] = work.floor[i]
+            compliant.floor[i], compliant.usual[i] = work.floor[i], work.usual[i]
 
 
 @compile_kernel

@@ -93,7 +93,7 @@ GROUP_DATA = np.dtype([
 ])  # fmt: skip
 BUNDLE_DATA = np.dtype([  # of its rows, see `Work`
     ("free", np.float64, 4), ("bias", np.float64, 4), ("weight", np.float64, 4),  # unit^2
-    ("floor", np.float64, 4), ("compliance", np.float64, 4), ("S", np.float64, 16),
+    ("floor", np.float64, 4), ("usual", np.float64, 4), ("compliance", np.float64, 4), ("S", np.float64, 16),
 ])  # fmt: skip
 ENTRY_DATA = np.dtype([
     ("force", np.float64, 24),  # articulated force of unit multipliers, link's axes, at its origin
@@ -139,6 +139,7 @@ class Work(NamedTuple):
     value: np.ndarray  # (m,) what the row's function is added to: lengths as at the start
     unit: np.ndarray  # (m,) 1 / size of what the row measures; 0: it is not active (`weigh`)
     floor: np.ndarray  # (m,) mobility that counts as none; infinite: it is not active (`weigh`)
+    usual: np.ndarray  # (m,) mobility in other positions of the joints (`weigh`)
     ends: np.ndarray  # (ne,) END_DATA
     phi: np.ndarray  # (m,) Phi
     rate: np.ndarray  # (m,) Phi'
@@ -163,7 +164,7 @@ class Work(NamedTuple):
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
     flat: np.ndarray  # (1,) int, 1 after a residual that holds only what moves the rows (rigid.py)
-    sine: np.ndarray  # (2,) the least sine of an independent row, now and in the last closed state
+    sine: np.ndarray  # (3,) the least sine of an independent row: now, in the last closed state, in a step so far
     tau: np.ndarray  # (nu,) zeros
     step: np.ndarray  # (nu,) response to the multipliers
     paths: Paths  # constant

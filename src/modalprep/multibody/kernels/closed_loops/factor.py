@@ -28,17 +28,18 @@ from modalprep.multibody.kernels.algebra.tuples import at
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
 TIES = 1.0 - 1e-9  # of rows that are left as much as the most mobile one, the first
+VANISHED = 0.1  # of its usual mobility: a row that has less is about to lose its direction by itself, at a dead point
 TAKEN, FIXED = -1e303, -1e302  # in place of what is left of a row: it is in the factor; it cannot move
 
 
 @compile_kernel
 def weigh(work):
-    """Write how the rows in the bundles count, after changes of ``unit``, ``floor`` or ``compliance``."""
+    """Write how the rows in the bundles count, after changes of ``unit``, ``floor``, ``usual`` or ``compliance``."""
     for p in range(len(work.paths.row)):
         i, own = work.paths.row[p], work.bundles[p >> 2]
         if i >= 0:
             own.weight[p & 3], own.floor[p & 3] = work.unit[i] * work.unit[i], work.floor[i]
-            own.compliance[p & 3] = work.compliance[i]
+            own.usual[p & 3], own.compliance[p & 3] = VANISHED * work.usual[i], work.compliance[i]
 
 
 @compile_kernel
@@ -103,15 +104,16 @@ def _factorize(work, blocks, solving):
             _solve_step(work, blocks, rank, p, g)
         rank += 1
     work.rank[0], work.sine[0] = rank, np.sqrt(least)
+    work.sine[2] = min(work.sine[2], work.sine[0]) if rank >= work.held[0] else 0.0
 
 
 @compile_inline
 def _begin(work, blocks):
-    """Write the diagonal of S, and what the rows have left."""
+    """Write the diagonal of S, at least a share of what is usual, and what the rows have left."""
     for q in range(blocks):
         S, own = work.bundles[at(q)].S, work.bundles[at(q)]
         d = lanes(S[0], S[5], S[10], S[15]) + get_lanes(own.compliance, 0)
-        put_lanes(work.own, WIDTH * q, d)
+        put_lanes(work.own, WIDTH * q, larger(d, get_lanes(own.usual, 0)))
         put_lanes(work.rest, WIDTH * q, above(d, get_lanes(own.floor, 0), FIXED))
 
 

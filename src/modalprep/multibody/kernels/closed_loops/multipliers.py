@@ -75,6 +75,26 @@ def near_singular(work, again):
 
 
 @compile_kernel
+def begin_step(work, implicit):
+    """Forget how near the loops came to a singular position; both may be None."""
+    if work is not None:
+        work.sine[2] = 1.0
+        if implicit is not None:
+            implicit.sine[2] = 1.0
+
+
+@compile_kernel
+def came_near(work, implicit):
+    """Return whether since `begin_step` the loops came so near a singular position that they may have passed it."""
+    if work is None:
+        return False
+    least = work.sine[2]
+    if implicit is not None and len(implicit.value) == len(work.value):  # without springs and bushings
+        least = min(least, implicit.sine[2])
+    return least < REGULAR
+
+
+@compile_kernel
 def free_rank(work):
     """Let `factorize` decide the rank by itself; `work` may be None."""
     if work is not None:

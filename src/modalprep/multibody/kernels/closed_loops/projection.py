@@ -16,6 +16,8 @@ from modalprep.multibody.kernels.closed_loops.factor import factorize, solve, vi
 from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR
 from modalprep.multibody.kernels.closed_loops.pushing import yield_to_multipliers
 from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond, write_responses
+from modalprep.multibody.kernels.closed_loops.steps import back_up, damp, nudge, shorten
+from modalprep.multibody.kernels.closed_loops.usual import write_usual
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.joints import move
 
@@ -26,6 +28,9 @@ NEAR = 1e-5  # a gap across which the matrix of a Newton step need not be new
 FAST = 0.01  # what a Newton step with an old matrix may leave of a gap
 CLOSED_RATE = 1e-8  # of the largest rate: closed
 MOST_STEPS = 60  # of an assembly
+FAR = 0.01  # a gap beyond which a step that widens it is taken back, and damped: Levenberg and Marquardt
+LEAST_DAMPING, STIFFER = 1e-3, 10.0  # in usual mobilities of a row, that are added to its own
+NUDGES, NUDGE = 3, 0.05  # trials from a little beside a dead point, and how far beside in rad or sizes: once, twice, ..
 HELD = 1e8  # how much heavier a coordinate is that should stay
 DIAGONAL = (0, 3, 5)  # of a symmetric matrix
 
@@ -63,21 +68,33 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
     -------
     steps : number of Newton steps, -1 when they do not reach the tolerance or the mass matrix is not positive
     """
-    last = np.inf
+    last, damping = np.inf, 0.0
     for k in range(most + 1):
         _measure(cons, model, trial, y, motion, t, work)
         worst = violation(work, work.phi)
+        if worst > last and worst > FAR:
+            back_up(model, work, y)
+            _measure(cons, model, trial, y, motion, t, work)
+            worst, last = last, np.inf
+            damping = max(LEAST_DAMPING, STIFFER * damping)
+            damp(work, damping)
+        elif damping > 0.0:
+            damping = damping / STIFFER if worst > FAR else 0.0
+            damp(work, damping)
         if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
         if k == most or not np.isfinite(worst):
+            damp(work, 0.0)
             return -1
         factored = factored and worst <= NEAR and worst <= FAST * last and work.sine[0] > REGULAR
         if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
+            damp(work, 0.0)
             return -1
         factored = True
         copy(work.phi, work.wanted)
         solve(work)
         yield_to_multipliers(model, data, work)
+        shorten(cons, model, work)
         if worst > last:  # overshot: a shorter step
             for c in range(len(work.step)):
                 work.step[c] *= 0.5
@@ -193,15 +210,17 @@ def assemble(cons, model, data, trial, y, motion, t, work, faces, kept, hinge, s
     size : float
         Of the system, m.
     """
+    write_usual(cons, model, data, y, motion, t, work, HELD * soft, size, found)
     _as_at_start(cons, model, data, y, motion, t, work)
     _keep(model, data, y, motion, kept, work, hinge)
-    for attempt in range(3):
-        if attempt == 2:
-            hinge[:] = 0.0
-        copy(y, found)
-        stiff = HELD * soft if attempt == 0 else soft
-        if _closed(cons, model, data, trial, found, motion, t, work, faces, hinge, stiff, size):
-            return True
+    for away in range(NUDGES + 1):
+        for attempt in range(3):
+            copy(y, found)
+            nudge(model, hinge, NUDGE * away, size, work, found)
+            stiff = HELD * soft if attempt == 0 else soft
+            own = work.tau if attempt == 2 else hinge
+            if _closed(cons, model, data, trial, found, motion, t, work, faces, own, stiff, size):
+                return True
     return False
 
 
