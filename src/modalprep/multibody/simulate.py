@@ -25,7 +25,7 @@ from modalprep.multibody.results.record import Recorder, histories
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.time_notes import time_notes
-from modalprep.multibody.results.validity import large_deflections
+from modalprep.multibody.results.validity import imbalance, large_deflections
 from modalprep.suggest import refuse_other
 
 MAX_OUTPUTS = 1e7
@@ -149,6 +149,7 @@ def simulate(
         *large_deflections(system.bodies, result.time, modal),
         *integration.notes(),
         *time_notes(system, t_end, shortest_event),
+        *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
     return result.with_(events=outcome.events, impacts=outcome.impacts, notes=notes)
 

@@ -48,6 +48,8 @@ from modalprep.multibody.kernels.closed_loops.planar_tree import inward_of_close
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.closed_loops.rigid import moving_residual
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
+from modalprep.multibody.kernels.energy import body_sums
+from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
@@ -62,6 +64,7 @@ FLAGS = np.dtype([
     ("loaded", np.int64),  # whether there are loads
     ("callback", np.int64),  # address of Python's loads, or 0
     ("reference", np.int64),  # address of the accelerations of the reference implementation, or 0
+    ("measured", np.int64),  # whether `evaluate` also writes the energy
 ])  # fmt: skip
 SHARED = np.dtype([
     ("power", np.float64),  # W
@@ -69,6 +72,9 @@ SHARED = np.dtype([
     ("potential", np.float64),  # J, of a planet and of buoyancy
     ("callback_power", np.float64),  # W
     ("raised", np.float64),  # 1 where a callback has raised
+    ("energy", np.float64),  # J, of the whole system less the work: constant but for errors
+    ("energy_size", np.float64),  # J, the largest of kinetic and strain energy and of the work
+    ("energy_sum", np.float64),  # J, of the sizes of all parts, whose round-off it has
 ])  # fmt: skip
 
 
@@ -163,6 +169,8 @@ def evaluate(eq, t, y, ydot):
     nx, nu = eq.model.nx, len(eq.tau)
     if not load(eq, t, y):
         return FAILED_CALLBACK
+    if eq.flags[0].measured:
+        _measure(eq, y[nx + nu])
     status = respond(eq, t, y, ydot)
     if status >= 0:
         return status
@@ -172,6 +180,30 @@ def evaluate(eq, t, y, ydot):
         call_address(eq.flags[0].reference, t)
         copy(eq.reference, ydot[nx : nx + nu])
     return GOOD
+
+
+@compile_kernel
+def evaluate_measured(eq, t, y, ydot):
+    """Do as `evaluate`, and write the energy to `shared`."""
+    eq.flags[0].measured = 1
+    status = evaluate(eq, t, y, ydot)
+    eq.flags[0].measured = 0
+    return status
+
+
+@compile_once
+def _measure(eq, work):
+    """Write the energy of the whole system, after `load`."""
+    model, data, shared = eq.model, eq.data, eq.shared[0]
+    if not (eq.flags[0].loaded or any_rows(eq.cons)):
+        world(model, data)
+    kinetic, strain, gravity = 0.0, 0.0, 0.0
+    for i in range(len(model.links)):
+        sums = body_sums(model, data, i)
+        kinetic, strain, gravity = kinetic + sums.kinetic, strain + sums.strain, gravity + sums.gravity
+    shared.energy = kinetic + strain + gravity + shared.stored + shared.potential - work
+    shared.energy_size = max(kinetic, strain, abs(work))
+    shared.energy_sum = kinetic + strain + abs(gravity) + abs(shared.stored) + abs(shared.potential) + abs(work)
 
 
 @partial(compile_kernel, forceinline=True)

@@ -7,15 +7,20 @@ DOP853 of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I 
 from __future__ import annotations
 
 from modalprep.jit import compile_kernel, compile_once
-from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
+from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate, evaluate_measured
 from modalprep.multibody.integration.dop853_table import A_DENSE, C_DENSE, DENSE, FIFTH, STAGES, THIRD, A, B, C
-from modalprep.multibody.integration.stepping import OPEN, set_weights
+from modalprep.multibody.integration.stepping import OPEN, larger, set_weights
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.closed_loops.multipliers import begins_regular, is_deep, is_near
 
 # Steps across a singular position are long and bent, which their output feels. Where one has too large an error, a
 # stage is mostly too near to that position: a step that is a little shorter has it elsewhere.
 ACROSS, MILD = 4.0, 4.0
+# Errors of rates count by the largest so far. That says little where a light body was fast for a moment, where it would
+# have crossed half of all places in a mean step. What such errors change is the energy: a step may then change it by a
+# share of rtol, but is not cut further than a tolerance so many times smaller would cut it.
+CROSSED, SHARE, TIGHTEST = 0.5, 0.003, 1e4
+ROUND_OFF, TINY = 1e-13, 1e-300
 
 
 @compile_kernel
@@ -37,7 +42,7 @@ def explicit_step(eq, run, t, h):
         error *= ACROSS
         if error > 1.0 or (deep and _avoidable(eq, run, t)):
             error = MILD
-    return GOOD, error
+    return GOOD, larger(error, min(_energy_error(eq, run, t), TIGHTEST * error))
 
 
 @compile_once
@@ -51,7 +56,10 @@ def _stages(eq, run, t, h, closed):
         if closed and s < STAGES and close(eq, time, run.new, 0.0, False) < 0:
             return OPEN, near, deep
         run.count[0].evaluations += 1
-        status = evaluate(eq, time, run.new, K[s])
+        if s < STAGES:
+            status = evaluate(eq, time, run.new, K[s])
+        else:
+            status = evaluate_measured(eq, time, run.new, K[s])
         if status != GOOD:
             return status, near, deep
         near, deep = near or is_near(eq.work), deep or is_deep(eq.work)
@@ -91,6 +99,18 @@ def _error(run, h):
     if fifth == 0.0 and third == 0.0:
         return 0.0
     return h * fifth / ((fifth + 0.01 * third) * len(run.y)) ** 0.5
+
+
+@compile_kernel
+def _energy_error(eq, run, t):
+    """Return what a step from t loses or gains of the energy, over what it may; 0 where rates say enough."""
+    shared, clock, size = eq.shared[0], run.clock[0], run.size[0]
+    step = t / max(1.0, run.count[0].steps)
+    crossed = max(size.spin * step / max(1.0, size.angle), size.speed * step / max(size.travel, TINY))
+    if not crossed > CROSSED:
+        return 0.0
+    most = SHARE * clock.rtol * max(clock.energy_size, shared.energy_size)
+    return abs(shared.energy - clock.energy) / max(most, ROUND_OFF * shared.energy_sum, TINY)
 
 
 @compile_kernel

@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.by_address import by_address
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.half_turns import follow_turns, write_turns
-from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate
+from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate, evaluate_measured
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
 from modalprep.multibody.integration.limits import limited, next_end
@@ -80,15 +80,23 @@ def begin(eq, run, method, t, stop):
     run.rows[:] = 0.0
     run.count[0].evaluations += 1
     free_rank(eq.work)
-    status = evaluate(eq, t, run.y, run.ydot)
+    status = evaluate_measured(eq, t, run.y, run.ydot)
     hold_rank(eq.work)
     if status != GOOD:
         return status
     write_turns(eq.loads, eq.model, eq.data, run.turns[0])
+    _keep_energy(eq, run)
     if run.clock[0].fixed_step > 0.0:
         run.clock[0].next_step = run.clock[0].fixed_step
         return GOOD
     return _first_size(eq, run, method, stop - t)
+
+
+@compile_inline
+def _keep_energy(eq, run):
+    """Take the energy that was measured last as that of the state; its size is the largest so far."""
+    run.clock[0].energy = eq.shared[0].energy
+    run.clock[0].energy_size = max(run.clock[0].energy_size, eq.shared[0].energy_size)
 
 
 @compile_kernel
@@ -223,7 +231,7 @@ def _hold(eq, run, method, h, t, last):
     status = GOOD
     if moves > 0 and method == EXPLICIT:
         run.count[0].evaluations += 1
-        status = evaluate(eq, t, run.new, run.newdot)
+        status = evaluate_measured(eq, t, run.new, run.newdot)
     if not last and near_singular(eq.work, run.clock[0].error == 1.0):
         return OPEN
     hold_rank(eq.work)
@@ -242,6 +250,7 @@ def _accept(eq, run, watch, method, h, t):
     run.count[0].steps += 1
     run.clock[0].begin, run.clock[0].last_step, run.clock[0].power_before = run.clock[0].time, h, run.ydot[-1]
     run.clock[0].time = t
+    _keep_energy(eq, run)
     copy(run.y, run.old)
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)

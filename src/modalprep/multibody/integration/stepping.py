@@ -32,6 +32,8 @@ CLOCK = np.dtype([
     ("output", np.float64),  # between outputs
     ("slow_share", np.float64),  # of the error of the speeds that is not of vibrations, when it was last filtered
     ("share_step", np.float64),  # the step then; 0: never
+    ("energy", np.float64),  # J, of the whole system less the work, at the time
+    ("energy_size", np.float64),  # J, the largest so far
     ("least_deflection", np.float64),  # in sizes of the body: a smaller one is not resolved relative to itself
 ])  # fmt: skip
 COUNT = np.dtype([

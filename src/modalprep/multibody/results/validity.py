@@ -15,6 +15,7 @@ TURNED = 0.3  # rad, within a body: what is there moves 1.7 % too far, as the si
 LOOKED_AT = 200  # times of the largest bounds, at which the displacement of every node is computed
 AUDIT = 1000  # times rtol: a balance that is worse fails the run; most are better than rtol
 MOMENTUM = 100  # likewise of momenta, which all methods keep exactly, but not free flight in other variables
+TOLD = 10  # times rtol: a balance that is worse is told
 WORST = 0.1  # whatever rtol
 ROUND_OFF = 1e-9  # of the energies themselves
 STILL = 1e-6  # m/s: the energy of this speed counts as none
@@ -127,6 +128,31 @@ def _limit(times: float, rtol: float) -> float:
 
 def _worse(times: float, rtol: float) -> str:
     return f"worse than {_limit(times, rtol):.0e} ({times} times rtol, at most {WORST:.0%})"
+
+
+def imbalance(run: Result, rtol: float, mass: float) -> tuple[str, ...]:
+    """Return the note on an energy that balances worse than ten times the tolerance; arguments as `failures`.
+
+    Examples
+    --------
+    >>> channels = {"energy.kinetic": np.ones(3), "energy.error": np.array([0, 0, 2e-3])}
+    >>> run = Result(
+    ...     time=np.arange(3.0), channels=channels, status="done", message="", stats={"energy_error": 2e-3}
+    ... )
+    >>> imbalance(run, 1e-5, 1.0)[0][:82]
+    'the energy balances to 0.002 of its largest part, 200 times rtol, from t = 2 s on:'
+    """
+    error = run.stats.get("energy_error", 0.0)
+    if not error > TOLD * rtol or not _counts(run, mass):
+        return ()
+    found = np.abs(run.channels["energy.error"])
+    begins = run.time[np.argmax(found > TOLD * rtol / error * found.max())]
+    return (
+        f"the energy balances to {error:.2g} of its largest part, {error / rtol:.0f} times rtol, from "
+        f"t = {begins:.4g} s on: there are vibrations, or light bodies in fast motion, that the steps do not follow to "
+        "the tolerance; forces, which are stiffness times deflection, may be as wrong or more; lower rtol until they "
+        "no longer change",
+    )
 
 
 def _counts(run: Result, mass: float) -> bool:
