@@ -12,9 +12,11 @@ NODES = (0.0, 0.22, 0.5, 0.78, 1.0)  # of a panel: not evenly spaced, so that no
 FINE = 8  # places between two nodes at which the polynomial through all five is looked at
 DEPTH = 4  # how often a panel is halved that its polynomial does not fit
 FIT = 0.03  # misfit of a polynomial that fits, of the range of the values
+CLOSE = 0.02  # so near to zero, of the range of the values, its extrema are located
 NOTHING = 1e-13  # values below are not looked at more closely: round-off
 MOST_TRIALS, FINEST = 100, 1e-8  # for a root or an extremum; of the latter, of its interval
 POLE, WRAP = 10.0, 0.01  # sizes beside a pole and a jump, of those at the ends of the interval that shrank to it
+HOPELESS = 10.0  # a lowest value so far above zero, of its difference to the next ones, comes not through it
 GOLDEN = 0.381966
 
 Function = Callable[[float], float]
@@ -66,36 +68,39 @@ def crossings(
     """
     misfit = abs(sum(w * x for w, x in zip(WEIGHTS, v, strict=True)))
     low, high = min(v), max(v)
-    if max(low, -high) > 0.5 * (high - low) + 2.0 * misfit:
+    if low == high or max(low, -high) > 0.5 * (high - low) + 2.0 * misfit:
         return
     fits = misfit <= FIT * (high - low) < np.inf or max(high, -low) <= NOTHING
     if not fits and depth < DEPTH:
         yield from _halves(f, t, v, left, most, depth)
         return
     rows = (POLYNOMIALS @ np.array(v)).reshape(4, FINE + 1).tolist() if fits else [[a, b] for a, b in pairwise(v)]
-    if depth < DEPTH and any(_changes(row) > 1 for row, a, b in zip(rows, v[:-1], v[1:], strict=True) if a * b < 0.0):
+    margin = 0.5 * misfit + CLOSE * (high - low)
+    close = [_near_misses(row, margin, left and k == 0) for k, row in enumerate(rows)]
+    if depth < DEPTH and any(
+        row[0] * row[-1] < 0.0 and (_changes(row) > 1 or k) for row, k in zip(rows, close, strict=True)
+    ):
         yield from _halves(f, t, v, left, most, depth)
         return
     times, values = [t[0]], [v[0]]
     for k, row in enumerate(rows):
-        found = _dipped(f, t[k], t[k + 1], row, misfit, left and k == 0)
+        found = [] if row[0] * row[-1] < 0.0 else _dipped(f, t[k], t[k + 1], row, close[k])
         for time, value in (*found, (t[k + 1], v[k + 1])):
             times.append(time)
             values.append(value)
     yield from plain_crossings(f, times, values, most)
 
 
-def _dipped(
-    f: Function, a: float, b: float, row: list[float], misfit: float, left: bool
-) -> tuple[tuple[float, float], ...]:
-    """Return a time in (a, b), and the value there, at which a function comes through zero that ends on one side."""
-    place = _lowest(row, misfit, left or row[0] == 0.0, row[-1] == 0.0)
-    if place is None:
-        return ()
-    side, first, last = place
-    step = (b - a) / (len(row) - 1)
-    found = dip(f, side, a + first * step, a + last * step)
-    return (found,) if found is not None and a < found[0] < b else ()
+def _dipped(f: Function, a: float, b: float, row: list[float], close: Sequence[int]) -> list[tuple[float, float]]:
+    """Return the times in (a, b), and the values there, at which a function comes through zero near some places."""
+    n, found = len(row) - 1, []
+    step = (b - a) / n
+    for k in close:
+        side = np.sign(row[0] or row[-1])
+        seen = dip(f, side, a + max(k - 1, 0) * step, a + min(k + 1, n) * step)
+        if seen is not None and (found[-1][0] if found else a) < seen[0] < b:
+            found.append(seen)
+    return found
 
 
 def plain_crossings(f: Function, t: Sequence[float], v: Sequence[float], most: float = POLE) -> Iterator[Crossing]:
@@ -121,25 +126,19 @@ def _changes(row: Sequence[float]) -> int:
     return sum(a * b < 0.0 for a, b in pairwise(row))
 
 
-def _lowest(row: Sequence[float], misfit: float, begins: bool, ends: bool) -> tuple[float, int, int] | None:
-    """Return the side of an interval whose ends have one sign, and where it may come through zero between them.
+def _near_misses(row: Sequence[float], margin: float, left: bool) -> list[int]:
+    """Return where a function comes near to zero, or through it, and turns back to the side of the ends, or to its own.
 
-    begins, ends : whether the first and the last value are zero, which is no side.
+    left: whether the first value is no such place, as the function leaves zero there.
     """
-    side, n = 1.0 if (row[-1] if begins else row[0]) > 0.0 else -1.0, len(row) - 1
-    values = [side * x for x in row]
-    if not (begins or ends) and values[-1] <= 0.0:
-        return None
-    places = range(1 if begins else 0, n if ends else n + 1)
-    if not places:
-        return None
-    k = min(places, key=values.__getitem__)
-    near = values[max(k - 1, 0)], values[min(k + 1, n)]
-    if (begins and near[0] < values[k]) or (ends and near[1] < values[k]):
-        return None
-    if values[k] > 0.5 * misfit + 0.25 * max(abs(x - values[k]) for x in near):
-        return None
-    return side, max(k - 1, 0), min(k + 1, n)
+    found, ends = [], np.sign(row[0] or row[-1]) if row[0] * row[-1] >= 0.0 else 0.0
+    for k, x in enumerate(row):
+        side = ends or np.sign(x)
+        near = [side * y for y in (*row[max(k - 1, 0) : k], *row[k + 1 : k + 2])]
+        at_end = (k == 0 and (left or x == 0.0)) or (k == len(row) - 1 and x == 0.0)
+        if not at_end and side * x <= min(margin, *near):
+            found.append(k)
+    return found
 
 
 def dip(f: Function, side: float, a: float, b: float) -> tuple[float, float] | None:
@@ -152,11 +151,12 @@ def dip(f: Function, side: float, a: float, b: float) -> tuple[float, float] | N
     fx = side * f(x)
     fw = fu = fx
     move = before = 0.0
-    for _ in range(MOST_TRIALS):
+    for trial in range(MOST_TRIALS):
         if fx <= 0.0:
             return x, side * fx
         middle = 0.5 * (a + b)
-        if abs(x - middle) + 0.5 * (b - a) <= 2.0 * least:
+        hopeless = trial > 3 and fx > HOPELESS * (max(fw, fu) - fx)
+        if hopeless or abs(x - middle) + 0.5 * (b - a) <= 2.0 * least:
             return None
         r, q = (x - w) * (fx - fu), (x - u) * (fx - fw)
         p, q = (x - u) * q - (x - w) * r, 2.0 * (q - r)
