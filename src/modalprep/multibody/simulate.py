@@ -78,8 +78,8 @@ def simulate(
     max_step : float or None
         The longest step, s: for what functions of Python do to the system, which the step control cannot know.
     shortest_event : float or None
-        The width (s) to which expressions of time are looked through before the run, by default 1e-4 of `t_end`. A note
-        says where a shorter pulse might be missed.
+        The width (s) to which expressions of time are looked through before the run, by default 1e-4 of `t_end`, and
+        events of Python functions during it, by default 1e-3. Notes say what might be missed by default.
     events : sequence of Event
         Zero crossings to be located. Where they change closures the histories have the states before and after.
     reference : bool

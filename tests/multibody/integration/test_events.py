@@ -120,6 +120,14 @@ def test_what_may_be_missed_is_said(monkeypatch):
     assert notes == ("events change very quickly: crossings that come back within 0.1 s may be missed",)
 
 
+def test_a_stated_width_is_looked_through():
+    """A function of Python is positive for 2 ms of 10 s, which a thousand looks may step over."""
+    event = mp.Event(name="blink", when=lambda t, state: 1e-3 - abs(t - 3.3337), direction=1)
+    run = mp.simulate(spinning(1.0), t_end=10.0, events=[event], shortest_event=1e-3)
+    assert run.events["blink"] == pytest.approx([3.3327], rel=1e-9)
+    assert not any("may be missed" in note for note in run.notes)
+
+
 class TestContradictions:
     """Events that activate and deactivate one closure at one time."""
 

@@ -16,7 +16,7 @@ from modalprep.multibody.model.events import Event
 
 TURN = 2.5  # rad of all phases in a panel: four tenths of a period
 WIDEST_GAP = max(b - a for a, b in pairwise(NODES))
-SURVEY, SHORTEST = 1e-3, 1e-6  # of the run: longest time between two looks at a function that nothing bounds; shortest
+SURVEY, SHORTEST = 1e-3, 1e-6  # of the run: time between two looks, longest (where nothing bounds a function), shortest
 AT_ONCE = 1e-14  # events no further apart, relative to the time, come at the same time
 NEAR = 1e-12  # so near to an event, relative to the time, an event that is not looked for comes at the same time
 LEFT = 1e-300  # event function just after its event, on the side to which the motion goes
@@ -48,6 +48,8 @@ class EventSearch:
         ``number -> bool``: whether an event is looked for.
     span : float
         Length of the run, s.
+    shortest_event : float or None
+        Longest time between two looks at a function that nothing bounds, s; a thousandth of the run by default.
 
     Attributes
     ----------
@@ -61,11 +63,13 @@ class EventSearch:
 
     def __init__(
         self, functions: Sequence[EventFunction], state_at: Callable[[float], State], spin: Callable[[], float],
-        armed: Callable[[int], bool], span: float,
+        armed: Callable[[int], bool], span: float, shortest_event: float | None = None,
     ) -> None:  # fmt: skip
         self.functions, self.state_at, self.spin, self.armed, self.span = functions, state_at, spin, armed, span
         self.turns = any(f.turns for f in functions)
-        self.survey = SURVEY * span / WIDEST_GAP if any(f.is_unbounded for f in functions) else np.inf
+        self.unbounded = [repr(f.event.name) for f in functions if f.is_unbounded]
+        self.is_stated, self.width = shortest_event is not None, shortest_event or SURVEY * span
+        self.survey = self.width / WIDEST_GAP if self.unbounded else np.inf
         self.found: list[tuple[int, float]] = []
         self.stop, self.is_limited = np.inf, False
         self.before = Node(0.0, [], [], 0.0)
@@ -123,10 +127,9 @@ class EventSearch:
 
     def notes(self) -> list[str]:
         """Return what may be missed, in sentences."""
-        names = [repr(f.event.name) for f in self.functions if f.is_unbounded]
-        found = []
-        if names:
-            found.append(f"event{'s' * (len(names) > 1)} {', '.join(names)}: {_missed(SURVEY * self.span)}")
+        names, found = self.unbounded, []
+        if names and not self.is_stated:
+            found.append(f"event{'s' * (len(names) > 1)} {', '.join(names)}: {_missed(self.width)}")
         if self.is_limited:
             found.append(f"events change very quickly: {_missed(SHORTEST * self.span)}")
         return found

@@ -164,7 +164,7 @@ class Integration:
 
         return EventSearch(
             functions, state, lambda: float(np.sqrt((omega * omega).sum(axis=1).max())),
-            lambda e: self.changes.armed(self.events[e]), self.loading.t_end,
+            lambda e: self.changes.armed(self.events[e]), self.loading.t_end, self.loading.shortest_event,
         )  # fmt: skip
 
     def _search(self, t: float) -> None:

@@ -27,7 +27,8 @@ class Event(Record):
         A function may return true or false as well: then the event is where it becomes true. Functions that turn as
         the bodies do, sines and cosines are found however quickly they change, and so are extrema that come through
         zero for a moment. A Python function, or another function in an expression, is looked at a thousand times in a
-        run at least: crossings that come back sooner may be missed, which `Result.notes` says.
+        run at least, or once in each `shortest_event`: crossings that come back sooner may be missed, which
+        `Result.notes` says.
     direction : {0, 1, -1}
         Rising crossings only (1), falling only (-1), or both; a condition that becomes false (-1).
     terminal : bool
