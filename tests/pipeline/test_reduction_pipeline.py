@@ -61,7 +61,8 @@ def modal_file(found):
 @pytest.mark.parametrize("method", ["craig_bampton", "guyan", "irs", "free_interface"])
 def test_every_method_gives_the_first_bending_mode(run, method):
     """Clamped root, 1.8751^2 sqrt(EI / rho A) / (2 pi L^2) = 0.6044 Hz; Guyan is 0.5 % high."""
-    code, found = run(f'method = "{method}"\nmodes = 4')
+    modes = "" if method in ("guyan", "irs") else "\nmodes = 4"  # those have none of the interior
+    code, found = run(f'method = "{method}"{modes}')
     assert code == 0
     assert found["frequency_Hz"][0] == pytest.approx(0.60445, rel=6e-3 if method == "guyan" else 5e-4)
 

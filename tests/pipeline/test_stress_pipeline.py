@@ -122,7 +122,10 @@ def test_bad_tables_are_one_message(job, capsys, old, new, words):
     [
         ('[matrices]\nfile = "a.npz"\n', "[matrices] recover reaction, acceleration and displacement"),
         ('[body]\nfile = "a.h5"\n', "[body] has the recoveries of its file"),
-        ("[beams.a]\nlength = 1\nsegments = 2\nmass_per_length = 1\nEI = 1\n", "have the forces of their joints"),
+        (
+            "[beams.a]\nlength = 1\nsegments = 2\nmass_per_length = 1\nEI = 1\n[simulation]\nt_end = 1\n",
+            "have the forces of their joints",
+        ),
     ],
 )
 def test_recoveries_without_elements_are_refused(tmp_path, capsys, text, words):

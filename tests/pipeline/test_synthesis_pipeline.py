@@ -173,10 +173,17 @@ def test_bad_synthesis_is_refused(run, change, words):
         assert word in error
 
 
-def test_nothing_to_do_is_said(run):
-    code, error = run('[bodies.a]\nfile = "beam.h5"\n')
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "[mesh], [simulation], [analysis] or [synthesis]"),
+        ('[bodies.a]\nfile = "beam.h5"\n', "'bodies' has no effect without 'simulation' or 'analysis' or 'synthesis'"),
+    ],
+)
+def test_nothing_to_do_is_said(run, text, words):
+    code, error = run(text)
     assert code == 2
-    assert "[mesh], [simulation], [analysis] or [synthesis]" in error
+    assert words in error
 
 
 def test_pages_show_what_is_shipped(project):

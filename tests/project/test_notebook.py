@@ -8,7 +8,7 @@ import pytest
 import modalprep as mp
 from modalprep.examples import cantilever_model, uniform_beam
 
-EVIL = "<script>alert('&')</script>"
+EVIL = "<script>alert('&')<br>"
 
 
 def result():

@@ -117,7 +117,7 @@ def anisotropic_sheet(points, quads, lines):
 
 def two_sheets(points, quads, lines):
     text = TOML.replace("thickness = 0.01", 'thickness = 0.01\nplies = [{ material = "steel", thickness = 0.01 }]')
-    return points, quads, None, text, ["[properties.plate]", "either 'material' and 'thickness', or 'plies'"]
+    return points, quads, None, text, ["[properties.plate]", "'material' has no effect beside 'plies'"]
 
 
 def two_ways(points, quads, lines):

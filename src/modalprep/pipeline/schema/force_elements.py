@@ -63,9 +63,9 @@ class ForceTable(Table):
 
     applies: ClassVar = (
         Rule(("axes",), needs=("force", "torque")),
-        Rule(("torque",), needs=("at",), advice="a torque acts on an interface: give 'at' instead of 'body'"),
-        Rule(("factor",), needs=("body",), advice="each component of a force 'at' a place may depend on time"),
-        Rule(("box",), needs=("body",), advice="name the body over whose points the force is distributed by 'body'"),
+        Rule(("torque",), beside=("body",), advice="a torque acts on an interface: give 'at' instead of 'body'"),
+        Rule(("factor",), beside=("at",), advice="each component of a force 'at' a place may depend on time"),
+        Rule(("box",), beside=("at",), advice="name the body over whose points the force is distributed by 'body'"),
     )
 
     at: str | None = Field(None, description="'body.interface'")
