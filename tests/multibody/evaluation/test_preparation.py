@@ -136,11 +136,11 @@ PLANE = mp.multibody.Closure(name="plane", type="point_on_plane", a="ground", b=
 
 
 def screw():
-    """A flexible arm on a screw, whose tip carries a link by a planar joint, and a rod welded to the ground."""
+    """A flexible arm on a screw, whose tip carries a link by a planar joint, and a rod that nothing holds."""
     joints = (
         mp.Joint(name="screw", type="screw", parent="ground", child="arm", pitch=0.1, axis=[0, 0.6, 0.8]),
         mp.Joint(name="slab", type="planar", parent="arm.tip", child="link"),
-        mp.Joint(name="foot", type="weld", parent="ground", child="rod"),
+        mp.Joint(name="foot", type="free", parent="ground", child="rod"),
     )
     return mp.System(bodies={"arm": uniform_beam(modes=2), "link": LINK, "rod": LINK}, joints=joints, closures=(PLANE,))
 
@@ -153,7 +153,7 @@ OTHER = {  # by field of a joint: changes of the three joints
     "position": [{"position": [1.0, 0, 0]}], "rotation": [{"rotation": TURN}],
     "angle": [{"angle": 0.3}], "rate": [{"rate": 0.4}],
     "displacement": [{}, {"displacement": [0.5, 0.6]}], "speed": [{}, {"speed": [0.7, 0.8]}],
-    "velocity": [{"velocity": np.ones(3)}], "angular_velocity": [{"angular_velocity": np.ones(3)}],
+    "velocity": [{}, {}, {"velocity": np.ones(3)}], "angular_velocity": [{}, {}, {"angular_velocity": np.ones(3)}],
     "motion": [{"motion": "sin(t)"}], "elements": [{"elements": mp.multibody.HingeElement(stiffness=3.0)}],
     "keep_start": [{"keep_start": True}],
 }  # fmt: skip

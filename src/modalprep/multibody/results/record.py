@@ -79,7 +79,7 @@ def histories(system: System, index: Index, rows: np.ndarray, time: np.ndarray) 
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
     >>> from modalprep.multibody.packing.free_parts import free_parts
-    from modalprep.multibody.model.system import System
+    >>> from modalprep.multibody.model.system import System
     >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
