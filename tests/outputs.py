@@ -18,6 +18,8 @@ def contents(folder):
         if path.is_file() and ".part" not in path.name:
             place = str(folder).encode()
             found[str(path.relative_to(folder))] = TIME.sub(b"", path.read_bytes()).replace(place, b"")
+            if path.name == ".source":  # the way from the folder to the pipeline file
+                found[str(path.relative_to(folder))] = (path.parent / path.read_text()).resolve()
             if path.name in ("manifest.json", "batch.json"):
                 found[str(path.relative_to(folder))] = steady(json.loads(path.read_text()))
     return found

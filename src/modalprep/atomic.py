@@ -49,7 +49,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     refuse_folder(path)
-    temporary = path.with_name(f".{path.stem}.{_here()}-{os.getpid()}.part{path.suffix}")
+    temporary = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         _remove_abandoned(path.parent)
@@ -60,6 +60,10 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{path.stem}.{_here()}-{os.getpid()}.part{path.suffix}")
 
 
 def _remove_abandoned(folder: Path) -> None:
@@ -146,20 +150,20 @@ def _not_written(path: Path, error: OSError) -> OutputError:
 
 
 def remove_temporary(folder: Path, process: int) -> None:
-    """Remove incomplete files of a terminated process in a folder and its subfolders.
+    """Remove incomplete files of a terminated process of this machine in a folder and its subfolders.
 
     Examples
     --------
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
-    >>> (folder / ".a.17.part.txt").write_text("ha")
-    2
-    >>> remove_temporary(folder, 17)
+    >>> temporary = _temporary(folder / "a.txt")
+    >>> _ = temporary.write_text("ha")
+    >>> remove_temporary(folder, os.getpid())
     >>> list(folder.iterdir())
     []
     """
     for pattern in ("", "*/"):
-        for path in folder.glob(f"{pattern}.*.{process}.part*"):
+        for path in folder.glob(f"{pattern}.*.{_here()}-{process}.part*"):
             with suppress(OSError):
                 path.unlink()
 

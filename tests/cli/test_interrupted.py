@@ -61,6 +61,8 @@ def all_whole(folder) -> bool:
             assert mp.read_body(file).n > 0
         elif file.suffix == ".html":
             assert file.read_text().rstrip().endswith("</html>")
+        elif file.name == ".source":
+            assert (file.parent / file.read_text()).is_file()
         else:
             with Image.open(file) as image:
                 image.load()

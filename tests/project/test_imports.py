@@ -36,8 +36,8 @@ LAYERS = {
     ),
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing",
-        "elements", "evaluation", "reference", "integration", "results", "compilation", "simulate", "free_body",
-        "analysis", "deploying",
+        "elements", "evaluation", "reference", "integration.events", "integration", "results", "compilation",
+        "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
         "terminal", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",

@@ -6,8 +6,8 @@ from scipy.interpolate import CubicSpline
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.integration import event_search
-from modalprep.multibody.integration.crossings import crossings, dip, node_times, root
+from modalprep.multibody.integration.events import search
+from modalprep.multibody.integration.events.crossings import crossings, dip, node_times, root
 from modalprep.multibody.model.constraints import Closure
 from tests.size import FULL, cases
 
@@ -115,7 +115,7 @@ def test_what_may_be_missed_is_said(monkeypatch):
     notes = mp.simulate(spinning(1.0), t_end=10.0, events=events[:3]).notes
     assert "events 'own', 'pulse': crossings that come back within 0.01 s may be missed" in notes
     assert not any("plain" in note for note in notes)
-    monkeypatch.setattr(event_search, "SHORTEST", 0.01)
+    monkeypatch.setattr(search, "SHORTEST", 0.01)
     notes = mp.simulate(spinning(1.0), t_end=10.0, events=events[2:]).notes
     assert notes == ("events change very quickly: crossings that come back within 0.1 s may be missed",)
 

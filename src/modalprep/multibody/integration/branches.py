@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.stepping import Run
@@ -124,7 +124,7 @@ class Course:
             here = self._at(s)
             return here.value * np.sign(_same(first, here))
 
-        s = brentq(signed, a, b, xtol=1e-12) if signed(a) * signed(b) < 0.0 else b
+        s = scipy.optimize.brentq(signed, a, b, xtol=1e-12) if signed(a) * signed(b) < 0.0 else b
         y, moved = self.state(s), 0.0
         if self.packed.nu > self.rank:
             found = self._solve(y, s)

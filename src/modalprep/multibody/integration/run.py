@@ -19,8 +19,8 @@ from modalprep.multibody.integration import driver
 from modalprep.multibody.integration.change_points import ChangePoints
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.integration.endless import Forecast, refuse_endless
-from modalprep.multibody.integration.event_actions import Changes
-from modalprep.multibody.integration.event_search import EventSearch
+from modalprep.multibody.integration.events.actions import Changes
+from modalprep.multibody.integration.events.search import EventSearch
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise, wound
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import new_run

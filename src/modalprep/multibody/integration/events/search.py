@@ -11,7 +11,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.event_functions import EventFunction
 from modalprep.multibody.evaluation.state import State
-from modalprep.multibody.integration.crossings import NODES, POLE, WRAP, crossings, node_times, plain_crossings
+from modalprep.multibody.integration.events.crossings import NODES, POLE, WRAP, crossings, node_times, plain_crossings
 from modalprep.multibody.model.events import Event
 
 TURN = 2.5  # rad of all phases in a panel: four tenths of a period
