@@ -88,6 +88,10 @@ def is_given(record: Any, key: str) -> bool:
     >>> is_given(Rule(("a",)), "keys"), is_given(Rule(("a",)), "advice")
     (True, False)
     """
+    first, _, rest = key.partition(".")
+    if rest:
+        inside = getattr(record, first)
+        return inside is not None and is_given(inside, rest)
     return key in getattr(record, "model_fields_set", ()) or _changed(record, key)
 
 

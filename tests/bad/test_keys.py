@@ -53,18 +53,19 @@ def run(folder, file):
 
 
 def shows(folder, family, variant, given, key):
-    """Whether a key is refused beside others, or changes the run."""
+    """Whether a key is refused beside others, changes the run or is noted."""
     before = run(folder, family.file(variant, given))
     for value in family.values[key]:
         after = run(folder, family.file(variant, given | {key: value}))
         if not isinstance(after, str):
-            return isinstance(before, str) or not same(before, after)
+            return isinstance(before, str) or not same(before, after) or "has no effect" in " ".join(after.notes)
     return True
 
 
 def names():
     return [(name, variant, key) for name, family in FAMILIES.items() for variant in family.variants
-            for key in family.values if (name, key) not in IDLE]  # fmt: skip
+            for key, values in family.values.items() if (name, key) not in IDLE
+            and family.variants[variant].get(key) not in values]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "variant", "key"), some(names(), 30))
@@ -121,6 +122,10 @@ REFUSED = [  # changes of the file of `base`, and words of the sentence
     ({"environment": {"water": {"density": 900.0}}}, "'environment.water' has no effect without 'immersed'"),
     ({"materials": {"steel": {"E": 2e11, "nu": 0.3, "rho": 7800.0}}}, "'materials' has no effect without 'mesh'"),
     ({"output": {"export": ["sid"]}}, "'output.export' has no effect"),
+    ({"environment": {"orbit": {"altitude": 4e5, "dipole": {"strength": 3e-5, "longitude": 0.5}}}},
+     "'longitude' has no effect without 'tilt'"),
+    ({"environment": {"orbit": {"altitude": 4e5, "dipole": {"strength": 3e-5}, "argument_of_latitude": 0.7}}},
+     "'argument_of_latitude' has no effect without 'inclination' or 'dipole.tilt'"),
 ]  # fmt: skip
 
 
@@ -135,3 +140,10 @@ def test_keys_without_effect(folder, changes, said):
         (inside.setdefault(rest, {}) if rest else inside).update(keys)
     with pytest.raises(mp.InputError, match=re.escape(said or "'environment.water' has no effect")):
         refuse_channels(*system(folder, file), folder / "job.toml")
+
+
+@pytest.mark.parametrize(("change", "noted"), [("deactivates", True), ("activates", False)])
+def test_a_closure_that_is_never_active_is_noted(folder, change, noted):
+    file = base() | {"closures": {"x": {"type": "spherical", "a": "a.tip", "b": "c.root", "active": False}}}
+    found = run(folder, file | {"events": {"e": {"when": "t - 1", change: ["x"]}}}).notes
+    assert ("'x' has no effect: it is inactive, and no event activates it" in found) == noted

@@ -12,7 +12,7 @@ from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
-from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.events import Event, idle_closures
 from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
@@ -145,6 +145,7 @@ def simulate(
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
     notes = (
+        *idle_closures(system, events),
         *integration.change_points.notes(),
         *large_deflections(system.bodies, result.time, modal),
         *integration.notes(),

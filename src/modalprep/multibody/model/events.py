@@ -92,3 +92,26 @@ def check_changes(system: System, events: Sequence[Event]) -> None:
     for event in events:
         for name in (*event.activates, *event.deactivates, *event.impacts):
             refuse_unknown(name, names, f"event {event.name!r}: closure")
+
+
+def idle_closures(system: System, events: Sequence[Event]) -> tuple[str, ...]:
+    """Return a sentence for each closure that is never active.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.constraints import Closure
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> stop = Closure(name="stop", type="point_on_plane", a="ground", b="arm.tip", active=False)
+    >>> arm = System(bodies={"arm": uniform_beam(modes=0)}, joints=(hinge,), closures=(stop,))
+    >>> idle_closures(arm, [Event(name="end", when="hinge.angle - 1")])
+    ("'stop' has no effect: it is inactive, and no event activates it",)
+    >>> idle_closures(arm, [Event(name="hit", when="hinge.angle - 1", impacts=("stop",))])
+    ()
+    """
+    used = {name for event in events for name in (*event.activates, *event.impacts)}
+    return tuple(
+        f"{closure.name!r} has no effect: it is inactive, and no event activates it"
+        for closure in system.closures if not closure.active and closure.name not in used
+    )  # fmt: skip
