@@ -337,7 +337,7 @@ def test_singular_position_is_said():
 
 def test_loops_that_move_are_no_steady_motion():
     system = parallelogram()
-    drive = system.joints[0].with_(elements=(), motion=mp.multibody.TimeFunction("0.4 + t"))
+    drive = system.joints[0].with_(angle=0.0, keep_start=False, elements=(), motion="0.4 + t")
     with pytest.raises(mp.SimulationError, match="'pin' closes"):
         mp.static_equilibrium(system.with_(joints=(drive, *system.joints[1:])), steady=True)
 

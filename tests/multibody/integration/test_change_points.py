@@ -36,7 +36,7 @@ def test_goldbergs_linkage_keeps_its_branch(method, rtol):
         name = f"j{k}.angle"
         assert_close(ball[name], hinge[name], max(100 * rtol, 1e-5), name=name)  # output between steps
     assert re.search(r"at t = 1\.18\d* s the loops pass a change point, where closure 'pin'", ball.notes[0])
-    assert not hinge.notes
+    assert not any("change point" in note for note in hinge.notes)
 
 
 def bars(crank, coupler, rocker, ground, angle):

@@ -83,13 +83,13 @@ def test_prescribed_motions_and_rods_are_followed():
     turn = "0.1*exp(-((t - 5.0037)/0.01)**2)"
     joints = (
         mp.Joint(name="a", type="revolute", parent="ground", child="hub0", motion=turn),
-        mp.Joint(name="b", type="revolute", parent="hub0.root", child="hub1", rate=1.0),
+        mp.Joint(name="b", type="revolute", parent="hub0.root", child="hub1", rate=0.3),
     )
     spring = mp.multibody.RotationalSpring(name="s", between=("hub0.root", "hub1.root"), stiffness=1e-9)
     system = mp.System(bodies={"hub0": HUB, "hub1": HUB}, joints=joints, loads=(spring,))
     run = mp.simulate(system, t_end=T_END)
     # the hub keeps its speed in space; relative to the one that turns and returns it is where it would have been
-    assert run["b.angle"][-1] == pytest.approx(T_END, rel=1e-5)
+    assert run["b.angle"][-1] == pytest.approx(0.3 * T_END, rel=1e-5)  # within the half turn that springs follow
     assert run.stats["steps"] > 20  # and the pulse has been seen
 
 

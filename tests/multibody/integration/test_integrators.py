@@ -125,7 +125,8 @@ def test_auto_suits_the_tolerance_and_the_stiffness():
         taken.add(runs["auto"].stats["method"])
     assert "explicit" in taken
     assert {type(value) for value in runs["auto"].stats.values()} == {str, int, float}
-    assert runs["auto"].stats.keys() == STATS.keys()
+    held = STATS.keys() - {"momentum_error", "momentum_restored"}  # of what nothing holds only
+    assert runs["auto"].stats.keys() == held
     assert taken & {"generalised_alpha", "rosenbrock"}
 
 

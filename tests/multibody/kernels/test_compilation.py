@@ -145,7 +145,7 @@ def test_second_process_finds_the_compiled_kernel():
         "from modalprep.multibody.simulate import prepare\n"
         "hinge = mp.Joint(name='h', type='revolute', parent='ground', child='a')\n"
         "system = mp.System(bodies={'a': uniform_beam(modes=1)}, joints=(hinge,))\n"
-        "prepare(system, np.zeros(1), method='auto', rtol=1e-5, atol=1e-9)\n"
+        "prepare(system, np.array([0.0, 1.0]), method='auto', rtol=1e-5, atol=1e-9)\n"
         "stats = evaluate.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))\n"
     )

@@ -47,7 +47,7 @@ def four_bar(friction=0.0):
     crank = link("crank", 1.0, (0.25, 0), 0.02, tip=(0.5, 0))
     joints = (
         hinge("p", "ground", "crank", angle=1.0),
-        hinge("q", "crank.tip", "coupler", angle=-0.9),
+        hinge("q", "crank.tip", "coupler", angle=-0.4),
         hinge("r", "ground", "rocker", angle=1.2, position=np.array([1.0, 0, 0])),
     )
     line = {"type": "point_on_line", "axis": np.array([1.0, 0, 0]), "friction_coefficient": friction}
