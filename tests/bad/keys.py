@@ -162,7 +162,7 @@ FAMILIES = {
     ),
     "bushing": Family(
         force_elements.BushingTable, ("bushings", "x"), TWO,
-        {"stiffness": [[500.0] * 6], "damping": [[30.0] * 6], "free_position": [[0.1, 0.2, 0.3]],
+        {"stiffness": [[500.0] * 6], "damping": [[30.0, 10.0, 20.0, 3.0, 1.0, 2.0]], "free_position": [[0.1, 0.2, 0.3]],
          "free_rotation": [TURN], "position": [[0.2, 0.3, 0.4]], "rotation": [TURN]},
     ),
     "rotational spring": Family(
@@ -190,7 +190,7 @@ FAMILIES = {
     ),
     "event": Family(
         changing.EventTable, ("events", "x"),
-        {"seen": {"when": "sin(60*t + 0.1)"}, "opens": {"when": "sin(60*t + 0.1)", "deactivates": ["port"]}},
+        {"seen": {"when": "sin(80*t + 0.1)"}, "opens": {"when": "sin(80*t + 0.1)", "deactivates": ["port"]}},
         {"direction": ["rising"], "terminal": [True], "deactivates": [["port"]], "restitution": [0.5], "once": [True]},
         LOOSE | {"closures": {"port": {"type": "spherical", "a": "a.tip", "b": "c.root"}}},
     ),

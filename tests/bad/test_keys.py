@@ -115,6 +115,8 @@ REFUSED = [  # changes of the file of `base`, and words of the sentence
     ({"forces.f": {"at": "b.tip", "force": [0, 1, 0], "factor": 0.0}}, "'factor' has no effect beside 'at'"),
     ({"forces.f": {"at": "b.tip", "force": [0, 1, 0], "box": [[0, 0, 0], [1, 1, 1]]}}, "'box' has no effect"),
     ({"forces.f": {"body": "b", "force": [0, 1.0, 0], "torque": [0, 0, 1.0]}}, "'torque' has no effect beside 'body'"),
+    ({"bushings.x": {"between": ["ground", "b.tip"], "damping": [30.0] * 6, "position": [1.0, 0, 0]}},
+     "'position' has no effect without 'stiffness'"),
     ({"film": {"follow": "nobody"}}, "follow: body 'nobody' does not exist"),
     ({"simulation": {"variables": "momentum", "atol": 1e-6}}, "'atol' has no effect where variables = 'momentum'"),
     ({"simulation": {"theory": "no_geometric_stiffness", "compare_conventional": True}}, "'compare_conventional'"),

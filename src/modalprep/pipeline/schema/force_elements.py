@@ -140,8 +140,8 @@ class BushingTable(Table):
     """Six springs and dampers between two frames, in the axes of the first."""
 
     applies: ClassVar = (
-        Rule(("free_position", "free_rotation"), needs=("stiffness",)),
-        Rule(("position", "rotation"), needs=("stiffness", "damping")),
+        Rule(("free_position", "free_rotation", "position"), needs=("stiffness",)),
+        Rule(("rotation",), needs=("stiffness", "damping")),
     )
 
     between: Ends = Field(description=ENDS)
