@@ -107,7 +107,7 @@ def in_plane(rng, lengths, closures):
     places = along[:, None] * turn[:, 0]
     axes = np.tile(turn[:, 2], (len(lengths) - 1, 1))
     chain = Chain(places[:-1], axes, places[-1], lengths[-1] * turn[:, 0], turn[:, :2].T, np.zeros(3), closures)
-    return closed(rng, chain)
+    return closed(rng, chain) or four_bar(rng)
 
 
 def on_sphere(rng):
@@ -118,7 +118,8 @@ def on_sphere(rng):
     angles = np.append(0.0, np.cumsum(arcs[:-1]))
     axes = (np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])) @ turn.T
     target = turn @ np.array([np.cos(arcs[-1]), np.sin(arcs[-1]), 0.0])
-    return closed(rng, Chain(axes[:-1], axes[:-1], axes[-1], target, np.eye(3), np.zeros(3), ("spherical", "position")))
+    chain = Chain(axes[:-1], axes[:-1], axes[-1], target, np.eye(3), np.zeros(3), ("spherical", "position"))
+    return closed(rng, chain) or on_sphere(rng)
 
 
 def goldberg(rng):
@@ -138,7 +139,7 @@ def goldberg(rng):
         np.array(places), np.array(axes), frames[:3, 3], np.array([-(b + c), 0, 0]), np.eye(3), np.zeros(4),
         ("spherical", "position"),
     )  # fmt: skip
-    return closed(rng, chain)
+    return closed(rng, chain) or goldberg(rng)
 
 
 def goldberg_linkage(kind):
@@ -174,14 +175,15 @@ def folded_slider(rng):
 
 
 def closed(rng, chain):
-    """A chain with start angles of a closed position that is not near a change point."""
-    while True:
+    """A chain with start angles of a closed position that is not near a change point; None where none is found."""
+    for _ in range(100):
         found = least_squares(
             lambda q: gap(chain, q), rng.uniform(-np.pi, np.pi, len(chain.axes)), xtol=1e-15, ftol=1e-15, gtol=1e-15
         )
         sizes = np.linalg.svd(slopes(chain, found.x))[1]
         if np.abs(found.fun).max() < 1e-13 and sizes[len(chain.axes) - 2] > 0.15 * sizes[0]:
             return chain._replace(start=found.x)
+    return None
 
 
 FAMILIES = (four_bar, four_bar, on_sphere, goldberg, folded_slider)
