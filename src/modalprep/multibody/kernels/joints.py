@@ -361,10 +361,7 @@ def is_turn(link, u):
 
 @compile_kernel
 def move(model, y, d, out):
-    """Move the coordinates of y by increments ``d (nu,)``: exponentials of the motion where a joint turns freely.
-
-    `out` may be y.
-    """
+    """Move coordinates y by increments ``d (nu,)``, to `out` or in place: exponentials where a joint turns freely."""
     for i in range(len(model.links)):
         link = model.links[i]
         joint, x, u = link.joint, link.x, link.u
