@@ -97,7 +97,7 @@ def four_bar(rng):
     """Four bars of which two are as long as the other two: all may lie in one line."""
     one, two, three = rng.uniform(0.5, 1.5, 3)
     lengths = rng.permutation([one, two, three, max(one, two) + three - min(one, two)])
-    return in_plane(rng, lengths, PLANAR)
+    return in_plane(rng, lengths, PLANAR) or four_bar(rng)
 
 
 def in_plane(rng, lengths, closures):
@@ -107,7 +107,7 @@ def in_plane(rng, lengths, closures):
     places = along[:, None] * turn[:, 0]
     axes = np.tile(turn[:, 2], (len(lengths) - 1, 1))
     chain = Chain(places[:-1], axes, places[-1], lengths[-1] * turn[:, 0], turn[:, :2].T, np.zeros(3), closures)
-    return closed(rng, chain) or four_bar(rng)
+    return closed(rng, chain)
 
 
 def on_sphere(rng):
