@@ -119,6 +119,7 @@ class AxialSpringTable(Table):
     applies: ClassVar = (
         Rule(("free_length",), needs=("stiffness", "tension_only")),
         Rule(("tension_only",), needs=("stiffness", "damping")),
+        Rule(("tension_only",), needs=("free_length", "damping"), advice="it is never slack; give one of them"),
     )
 
     between: Ends = Field(description=ENDS)
