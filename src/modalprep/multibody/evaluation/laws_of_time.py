@@ -38,7 +38,7 @@ def _parts(node: Any) -> Iterator[Any]:
 
 
 def smooth_times(part: Any, t_end: float, width: float) -> np.ndarray:
-    """Return times (s) between which a part of a law is smooth, as far as it is seen at two places of each event."""
+    """Return times (s) between which a part of a law is smooth, as far as it is seen at two times in each event."""
     import symengine
 
     values = symengine.Lambdify([symengine.Symbol("t")], [part])

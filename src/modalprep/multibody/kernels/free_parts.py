@@ -1,6 +1,6 @@
 """Mass centre, momenta and inertia of the parts of a system that nothing holds, after `outward` and `world`.
 
-A part is summed up about the place of its first body, so that it loses no digits far from the inertial origin.
+A part is summed up about the origin of its first body, so that it loses no digits far from the inertial origin.
 """
 
 from __future__ import annotations

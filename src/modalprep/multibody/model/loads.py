@@ -230,7 +230,7 @@ class Callback(Record):
     force, or with a force followed by a torque (3 or 6 numbers, N and N m, inertial), or the name of a joint with one
     number for each of its speeds. The function is called at every evaluation, so it must depend on t and state alone.
 
-    The step control sees what the function returns at the places of a step, and nothing of what happens between them. A
+    The step control sees what the function returns at the stages of a step, and nothing of what happens between them. A
     load that the function switches on for a short time may be missed: give loads that depend on time alone as functions
     of time, whose bends are known, or let no step be longer than the event (`max_step` of `simulate`). `laws` are
     expressions whose parts in ``t`` alone limit the step, as `feedback` gives them.

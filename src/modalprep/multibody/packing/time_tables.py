@@ -111,7 +111,7 @@ def _knots(piece: Piece, begin: float, end: float, width: float) -> np.ndarray:
 
 
 def _surveyed(piece: Piece, begin: float, end: float, width: float) -> np.ndarray:
-    """Return times between which an expression is smooth, as far as it is seen at two places of each event."""
+    """Return times between which an expression is smooth, as far as it is seen at two times in each event."""
     t = np.linspace(begin, end, 2 * FIRST_INTERVALS * int(np.ceil((end - begin) / width / FIRST_INTERVALS)) + 1)
     value = checked(piece, t)[0]
     return t[smooth_cells(t, value, tolerance_of(value))]
