@@ -140,7 +140,7 @@ def simulate(
         recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
         outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
-    said = [*(loops.notes if loops else ()), *integration.changes.notes(), *system.notes, *unaudited(system)]
+    said = [*(loops.notes if loops else ()), *integration.changes.notes(), *system.notes, *unaudited(recorder.parts)]
     message = "; ".join([outcome.message, *said])
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}

@@ -130,9 +130,10 @@ class Loops:
         if not projection.assemble(*given, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
         self._refuse_no_distance()
-        self._to_nearest_turn(y, found)
-        self._refuse_far(y, found)
-        self._note_moved(y, found)
+        if np.abs(found - y).max() > MOVED:
+            self._to_nearest_turn(y, found)
+            self._refuse_far(y, found)
+            self._note_moved(y, found)
         self._note_redundant()
         return found
 
@@ -234,7 +235,7 @@ class Loops:
 
     def _note_moved(self, before: np.ndarray, after: np.ndarray) -> None:
         moved, far = [], np.abs(after - before) > MOVED
-        for i, link in enumerate(self.packed.links if far.any() else ()):
+        for i, link in enumerate(self.packed.links):
             x = self.packed.model.links["x"][i]
             if self.packed.types[i] in (REVOLUTE, SLIDING) and far[x]:
                 unit = "rad" if self.packed.turns(i) else "m"

@@ -33,10 +33,12 @@ def refuse_endless(run: Running) -> None:
     SimulationError
         Which names the callback that is too stiff, or the body that moves fastest.
     """
-    count, t = int(run.steps.count[0].evaluations), float(run.steps.clock[0].time)
-    spent, moved, left = count - run.looked[0], t - run.looked[1], run.loading.t_end - t
+    count = int(run.steps.count["evaluations"][0])
+    spent = count - run.looked[0]
     if spent < (EVALUATIONS if run.loading.compiled else CALLS):
         return
+    t = float(run.steps.clock[0].time)
+    moved, left = t - run.looked[1], run.loading.t_end - t
     run.looked = (count, t)
     more = spent * left / moved if moved > 0.0 else np.inf
     if more > MOST_CALLS and not run.loading.compiled:
@@ -101,12 +103,13 @@ class Forecast:
 
     def look(self, run: Running) -> None:
         """Write a line when it is time for one; the clock begins at the first look, after the compilation."""
-        now, t = perf_counter(), float(run.steps.clock[0].time)
+        now = perf_counter()
         if self.begun is None:
-            self.begun, self.mark = now, (0.0, t)
+            self.begun, self.mark = now, (0.0, float(run.steps.clock[0].time))
         spent = now - self.begun
         if spent < self.next:
             return
+        t = float(run.steps.clock[0].time)
         moved, left = t - self.mark[1], run.loading.t_end - t
         more = (spent - self.mark[0]) * left / moved if moved > 0.0 else np.inf
         LOG.warning("%s", self._line(run, t, spent, more))

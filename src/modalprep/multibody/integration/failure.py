@@ -156,12 +156,10 @@ def refuse_noise(run: Running, spent: int, moved: float) -> None:
     SimulationError
         When the forces change as much in a thousandth of a step as in the whole of it.
     """
+    if run.loading.compiled or run.steps.clock[0].fixed_step > 0.0:
+        return
     t, h = float(run.steps.clock[0].time), float(run.steps.clock[0].next_step)
-    if (
-        run.loading.compiled
-        or run.steps.clock[0].fixed_step > 0.0
-        or spent * (run.loading.t_end - t) < MOST_EVALUATIONS * moved
-    ):
+    if spent * (run.loading.t_end - t) < MOST_EVALUATIONS * moved:
         return
     if all(_rough(run, t, h, share) for share in SHARES):
         names = ", ".join(repr(load.name) for load in run.system.loads if isinstance(load, Callback))

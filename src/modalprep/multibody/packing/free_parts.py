@@ -84,6 +84,11 @@ def _where(load: Load) -> set[str]:
     return {_body(end) for end in (*ends, *getattr(load, "flow_path", ())) if end}
 
 
+def parts_of(system: System, packed: Packed) -> tuple[FreePart, ...]:
+    """Return `free_parts`, found once for what is packed."""
+    return packed.kept("free parts", lambda: (free_parts(system),))[0]
+
+
 def part_of_links(system: System, packed: Packed) -> np.ndarray:
     """Return the number of each link's part (nl,) among those that nothing holds or loads; -1 elsewhere.
 
@@ -110,7 +115,7 @@ def count_parts(system: System, packed: Packed) -> int:
 
 def _part_of_links(system: System, packed: Packed) -> np.ndarray:
     found = np.full(len(packed.links), -1)
-    audited = [part for part in free_parts(system) if not part.loaded]
+    audited = [part for part in parts_of(system, packed) if not part.loaded]
     for k, part in enumerate(audited):
         found[[packed.link_of(name) for name in part.bodies]] = k
     return found

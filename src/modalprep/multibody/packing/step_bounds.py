@@ -128,5 +128,7 @@ def _merged(edges: list[np.ndarray], t_end: float) -> np.ndarray:
 
 
 def _apart(times: np.ndarray, t_end: float) -> np.ndarray:
+    if not len(times):
+        return times
     times = np.unique(times[(times > APART * t_end) & (times < t_end * (1 - APART))])
     return times[np.diff(times, prepend=0.0) > APART * t_end]

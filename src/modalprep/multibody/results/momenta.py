@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.free_parts import free_parts
+from modalprep.multibody.packing.free_parts import FreePart
 from modalprep.multibody.results.result import Result
 
 
@@ -62,7 +61,7 @@ def _size(momenta: np.ndarray, largest: np.ndarray) -> np.ndarray:
     return (np.linalg.norm(momenta.reshape(-1, 2, 3), axis=2) / largest).max(axis=1)
 
 
-def unaudited(system: System) -> tuple[str, ...]:
+def unaudited(parts: Sequence[FreePart]) -> tuple[str, ...]:
     """Return a sentence for each part that nothing holds but that is loaded, so that its momenta are not audited.
 
     Examples
@@ -70,13 +69,15 @@ def unaudited(system: System) -> tuple[str, ...]:
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
     >>> from modalprep.multibody.model.loads import PointForce
+    >>> from modalprep.multibody.model.system import System
+    >>> from modalprep.multibody.packing.free_parts import free_parts
     >>> flight = Joint(name="flight", type="free", parent="ground", child="arm")
     >>> push = PointForce(name="push", at="arm.tip", force=(1, 0, 0))
-    >>> unaudited(System(bodies={"arm": uniform_beam(modes=1)}, joints=(flight,), loads=(push,)))
+    >>> unaudited(free_parts(System(bodies={"arm": uniform_beam(modes=1)}, joints=(flight,), loads=(push,))))
     ("the momentum of 'arm' is not audited, as load 'push' acts on it",)
     """
     return tuple(
         f"the momentum of {part.bodies[0]!r}{' and what moves with it' * (len(part.bodies) > 1)} is not audited, as "
         f"{part.loaded}"
-        for part in free_parts(system) if part.loaded
+        for part in parts if part.loaded
     )  # fmt: skip

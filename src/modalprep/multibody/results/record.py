@@ -8,7 +8,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.free_parts import free_parts
+from modalprep.multibody.packing.free_parts import parts_of
 from modalprep.multibody.results.channels import ENERGIES, MOMENTA, Channels, Columns, Index
 from modalprep.multibody.results.momenta import Momenta, with_momenta
 from modalprep.multibody.results.observation import record
@@ -28,6 +28,7 @@ class Recorder:
     def __init__(self, integration: Integration, most: int) -> None:
         system, packed, loops = integration.system, integration.packed, integration.loading.loops
         self.system, self.equations, self.count = system, integration.equations, 0
+        self.parts = parts_of(system, packed)
         self.index, columns, width = packed.kept("channels", lambda: _layout(Channels(system, packed, loops)))
         self.columns = columns._replace(reactions=np.zeros_like(columns.reactions), sums=np.zeros_like(columns.sums))
         self.steps = integration.steps
@@ -59,7 +60,7 @@ class Recorder:
     def _momenta(self, rows: np.ndarray) -> list[Momenta]:
         """Return what is known of the parts whose momenta stay."""
         bodies, found = self.system.bodies, []
-        parts = [part for part in free_parts(self.system) if not part.loaded]
+        parts = [part for part in self.parts if not part.loaded]
         for part, kept, c in zip(parts, self.steps.kept, self.columns.momenta[:, 1], strict=True):
             restored = np.append(kept.given_linear, kept.given_angular)
             found.append(Momenta(sum(bodies[name].m for name in part.bodies), rows[:, c : c + MOMENTA], restored))
@@ -78,7 +79,6 @@ def histories(system: System, index: Index, rows: np.ndarray, time: np.ndarray) 
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.packing.free_parts import free_parts
     >>> from modalprep.multibody.model.system import System
     >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")

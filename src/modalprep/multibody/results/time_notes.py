@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.time_function import TimeFunction
 
 BEYOND = 0.01  # of the range of a table: a spline that leaves it by more is told
+PLAIN = (float, int, str, np.ndarray, type(None))  # in these there is no function
 
 
 def time_notes(system: Any, t_end: float, shortest_event: float | None) -> tuple[str, ...]:
@@ -36,13 +38,17 @@ def functions_of_time(record: Any, name: str = "") -> Iterator[tuple[str, TimeFu
     """Yield the functions of time, and the callbacks, in a record, with the names of their owners."""
     if isinstance(record, TimeFunction | Callback):
         yield name or record.name, record
-    elif isinstance(record, tuple | list):
-        for each in record:
-            yield from functions_of_time(each, name)
-    elif is_dataclass(record):
-        own = getattr(record, "name", name)
-        for field in fields(record):
-            yield from functions_of_time(getattr(record, field.name), own)
+        return
+    own = getattr(record, "name", name)
+    parts = record if isinstance(record, tuple | list) else [getattr(record, each) for each in _names(type(record))]
+    for part in parts:
+        if not isinstance(part, PLAIN):
+            yield from functions_of_time(part, own)
+
+
+@cache
+def _names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else ()
 
 
 def _unseen(found: list[tuple[str, Any]], t_end: float, shortest_event: float | None) -> list[str]:

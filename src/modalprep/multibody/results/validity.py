@@ -48,9 +48,7 @@ def large_deflections(
 
 def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str:
     size, each = np.ptp(body.points, axis=0).max(initial=0.0), np.abs(body.shape).max(axis=(0, 1), initial=0.0)
-    bound = np.nan_to_num(np.abs(q)) @ each * np.sqrt(3)
-    rows = np.argsort(bound)[::-1][:LOOKED_AT]
-    rows = rows[bound[rows] > BEYOND * size]
+    rows = _largest(q, each * np.sqrt(3), BEYOND * size)
     if not len(rows):
         return ""
     reach = np.linalg.norm(deflected_points(body, q[rows]) - body.points, axis=2).max(axis=1, initial=0.0)
@@ -64,14 +62,24 @@ def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str
     )
 
 
+def _largest(q: np.ndarray, each: np.ndarray, limit: float) -> np.ndarray:
+    """Return the times at which the bounds of modal coordinates (nt, n) are largest, those beyond the limit."""
+    bound = np.nan_to_num(np.abs(q)) @ each
+    if not bound.max(initial=0.0) > limit:
+        return np.zeros(0, dtype=int)
+    rows = np.argsort(bound)[::-1][:LOOKED_AT]
+    return rows[bound[rows] > limit]
+
+
 def _turned(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str:
     """Return the note on the interface that turns most against the root: an arm there moves by the sine, not the angle.
 
     A shaft twisted by 0.3, 0.6 and 1 rad moves the end of an arm 1.7, 5.5 and 15 % too far: about the angle's square
     over six.
     """
-    bound = np.nan_to_num(np.abs(q)) @ np.linalg.norm(body.psi, axis=1).max(axis=0, initial=0.0)
-    rows = np.argsort(bound)[::-1][:LOOKED_AT]
+    rows = _largest(q, np.sqrt((body.psi**2).sum(axis=1)).max(axis=0, initial=0.0), TURNED)
+    if not len(rows):
+        return ""
     angle = np.linalg.norm(np.einsum("kan,tn->tka", body.psi, q[rows]), axis=2)
     if not np.any(angle > TURNED):
         return ""
