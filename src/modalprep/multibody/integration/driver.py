@@ -13,7 +13,7 @@ from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
 from modalprep.multibody.integration.limits import limited, next_end
-from modalprep.multibody.integration.momentum import keep_momenta, remember_momenta
+from modalprep.multibody.integration.momentum import keep_momenta, remember_momenta, restore_momenta
 from modalprep.multibody.integration.rosenbrock import rosenbrock_step
 from modalprep.multibody.integration.stepping import (
     HALF_TURN,
@@ -194,7 +194,7 @@ def advance(eq, run, watch, method, stop, most):
             if _too_far(eq.model, watch, run):
                 return DIVERGED
             if watch.hook[0]:
-                code = _events(eq.model, run, watch)
+                code = _events(eq, run, watch)
                 if code != RUNNING:
                     return code
             if watch.branches[0] and came_near(eq.work, eq.implicit_work):
@@ -320,19 +320,27 @@ def _too_far(model, watch, run):
 
 
 @compile_kernel
-def place(model, run, watch, t):
+def place(eq, run, watch, t):
     """Write the state at a time within the last step to that of the equations."""
-    interpolate(model, run, t, watch.state)
+    _state_at(eq, run, t, watch.state)
 
 
 @compile_kernel
-def _events(model, run, watch):
+def _state_at(eq, run, t, y):
+    """Write the state that is recorded at a time within the last step, but for the projection onto closed loops."""
+    interpolate(eq.model, run, t, y)
+    if len(run.kept) > 0 and t >= run.kept[0].time:
+        restore_momenta(eq, run, t, y, 0.0)
+
+
+@compile_kernel
+def _events(eq, run, watch):
     """Let Python look for events in the last step; where one ends it, that becomes its end."""
     call_address(watch.hook[0], run.clock[0].time)
     if watch.shared[0].raised != 0.0:
         return RAISED
     if watch.stop[0] < np.inf:
-        interpolate(model, run, watch.stop[0], run.new)
+        _state_at(eq, run, watch.stop[0], run.new)
         copy(run.new, run.y)
         run.clock[0].time = watch.stop[0]
         return STOPPED

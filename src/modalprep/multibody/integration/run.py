@@ -155,7 +155,7 @@ class Integration:
         given = self.system, self.packed, self.loading
         functions = event_functions(*given, self.events, self.observer)
         state_at = state_reader(*given, self.equations, self.events, self.observer)  # which reads what these ask for
-        place = bound(driver.place, self.equations.model, self.steps, watch, rest=(float,))
+        place = bound(driver.place, self.equations, self.steps, watch, rest=(float,))
         omega = self.equations.data.links["omega"]
 
         def state(t: float) -> State:
