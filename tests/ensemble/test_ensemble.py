@@ -10,6 +10,7 @@ from ensemble_systems import MASS, STIFFNESS, end_process, oscillator, pendulums
 
 import modalprep as mp
 from modalprep.ensemble import Ensemble, draw_cases, read_ensemble, write_ensemble
+from modalprep.ensemble.pace import Pace
 from modalprep.ensemble.parameters import Parameters
 from modalprep.ensemble.simulate import plan
 from modalprep.multibody.packing.tree import pack
@@ -177,6 +178,26 @@ def test_a_terminal_event_ends_its_case():
     final = found.outcomes()["slide.displacement", "final"]
     assert final[0] == x[0][found.time <= found.end[0]][-1]
     assert found.outcomes()["slide.displacement", "largest"] == pytest.approx([0.1, 0.3, 0.2 * np.cos(np.pi - 2.5)])
+
+
+def test_notes_of_events_are_said_once_with_the_number_of_cases():
+    """What a single run notes: a Python function is looked at so often that crossings may be missed."""
+    given = {"events": [mp.Event(name="seen", when=lambda t, state: state.joint("slide").position[0])], "t_end": 0.5}
+    found = mp.simulate_many(oscillator(), {"slide.displacement": [0.1, 0.2, 0.3]}, **(SPAN | given))
+    alone = mp.simulate(oscillator(), **(SPAN | given)).notes
+    assert len(alone) == 1
+    assert found.notes == (f"{alone[0]} (3 of 3 cases)",)
+
+
+def test_a_long_ensemble_says_how_far_it_is(monkeypatch, caplog):
+    monkeypatch.setattr("modalprep.ensemble.pace.FIRST", 0.0)
+    monkeypatch.setattr("modalprep.ensemble.pace.GROWTH", 0.0)
+    mp.simulate_many(oscillator(), {"slide.displacement": np.linspace(0.1, 0.2, 30)}, workers=1, **SPAN)
+    assert any(" of 30 cases after 0 s, " in line for line in caplog.messages)
+    pace = Pace(0, 10)
+    pace.begun -= 100.0
+    pace.look(5)
+    assert caplog.messages[-1] == "5 of 10 cases after 100 s, 100 s more at this rate"
 
 
 def test_an_interrupted_ensemble_goes_on(tmp_path):

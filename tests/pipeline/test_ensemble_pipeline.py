@@ -60,7 +60,7 @@ def test_files_and_tables(run, tmp_path):
     code, found, _ = run(SYSTEM + ENSEMBLE)
     folder = tmp_path / "output/job"
     assert code == 0
-    assert found["ensemble"] == {"cases": 8, "done": 8, "failures": []}
+    assert found["ensemble"] == {"cases": 8, "done": 8, "notes": [], "failures": []}
     names = ["job-run.h5", "job-run.csv", "job-ensemble.h5", "job-ensemble.csv", "job-ensemble-cases.csv",
              "job-ensemble-1.png", "job-ensemble-2.png"]  # fmt: skip
     assert found["files"] == [str(folder / name) for name in names]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 DONE, DIVERGED, FAILED, WAITING = "done", "diverged", "failed", "waiting"
 PERCENTILES = (5.0, 50.0, 95.0)
 OUTCOMES = ("final", "smallest", "largest")
+NOTED = "; "  # between the message of a run and its notes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -197,6 +199,19 @@ class Ensemble(Record):
         unfinished = {k: f"{status}: {self.message[k]}" for k, status in enumerate(self.status) if status != DONE}
         doubtful = {k: f"failed its audit: {why}" for k, why in enumerate(self.audit) if why}
         return tuple(self.describe(k, what) for k, what in sorted((doubtful | unfinished).items()))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What runs that are done note, such as events that may be missed, once each with the number of their cases.
+
+        Returns
+        -------
+        tuple of str
+            As `Result.notes` has it.
+        """
+        ended = (said for said, status in zip(self.message, self.status, strict=True) if status == DONE)
+        counts = Counter(found for said in ended if (found := said.partition(NOTED)[2]))
+        return tuple(f"{found} ({count} of {len(self)} cases)" for found, count in counts.items())
 
     def describe(self, case: int, what: str) -> str:
         """Return a sentence about a case, with its values.

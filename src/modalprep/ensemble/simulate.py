@@ -13,6 +13,7 @@ from modalprep.ensemble.cases import read_cases
 from modalprep.ensemble.collect import Collected
 from modalprep.ensemble.file import Keeper
 from modalprep.ensemble.identity import fingerprint
+from modalprep.ensemble.pace import Pace
 from modalprep.ensemble.parameters import Parameters
 from modalprep.ensemble.record import Ensemble
 from modalprep.ensemble.task import CaseTask
@@ -191,6 +192,7 @@ def _dispatch(
 ) -> None:
     """Give blocks of cases to the workers until all have ended."""
     waiting, alone, running, seconds, count = deque(collected.waiting), [], 0, 0.0, 0
+    pace = Pace(collected.finished, len(task.values))
     while waiting or alone or running:
         while (waiting or alone) and team.free > 0 and running < 2 * team.size:
             size = _block(len(waiting), team.size, seconds / count if count else 0.0)
@@ -204,6 +206,7 @@ def _dispatch(
                 seconds, count = seconds + ended.seconds, count + 1
             if progress:
                 progress(collected.finished)
+        pace.look(collected.finished)
         if keeper.due:
             keeper.write(collected.record())
 

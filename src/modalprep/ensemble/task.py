@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.ensemble.parameters import Parameters
-from modalprep.ensemble.record import DONE, FAILED, WAITING
+from modalprep.ensemble.record import DONE, FAILED, NOTED, WAITING
 from modalprep.errors import ModalprepError
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack_changed
@@ -102,7 +102,7 @@ class CaseTask:
             return self._failed(case, f"{type(error).__name__}: {' '.join(str(error).split())}", begin)
         spent, errors = time.perf_counter() - begin, (run.stats.get(name, np.nan) for name in ERRORS)
         audit = "; ".join(failures(run, self.options["rtol"], self._mass)) if run.status == DONE else ""
-        message = "; ".join((run.message, *run.notes))
+        message = NOTED.join((run.message, *run.notes))
         return Ended(case, run.status, message, spent, float(run.time[-1]), *errors, audit, events, histories)
 
     def _failed(self, case: int, message: str, begin: float) -> Ended:

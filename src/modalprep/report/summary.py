@@ -106,7 +106,7 @@ def ensemble(found: Any) -> dict[str, Any]:
     if found is None:
         return {}
     counts = {status: found.status.count(status) for status in dict.fromkeys(("done", *found.status))}
-    return {"cases": len(found), **counts, "failures": list(found.failures)}
+    return {"cases": len(found), **counts, "notes": list(found.notes), "failures": list(found.failures)}
 
 
 def mode_rows(table: Any) -> list[dict[str, Any]]:

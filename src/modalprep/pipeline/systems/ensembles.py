@@ -104,6 +104,8 @@ def _tell(found: Ensemble, table: EnsembleTable, reporter: Reporter) -> None:
         reporter.say(f"  {sentence}")
     if len(found.failures) > TOLD:
         reporter.say(f"  and {len(found.failures) - TOLD} more, see the file of cases")
+    for sentence in found.notes[:TOLD]:
+        reporter.say(f"  note: {sentence}")
     statistics_table(found, reporter.console, table.percentiles)
 
 
