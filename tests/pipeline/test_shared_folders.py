@@ -1,10 +1,13 @@
 """Two files of one name in different folders: neither overwrites the outputs of the other in one output folder."""
 
+from pathlib import Path
+
 import pytest
 from batches import write_beam, write_grid
 from outputs import contents
 
 from modalprep.cli import main
+from modalprep.formats.modalfile import write_body
 
 SYSTEM = """
 [bodies.arm]
@@ -104,9 +107,37 @@ def test_grids_of_one_name_are_refused(project, tmp_path, capsys):
     assert "would overwrite the outputs of" in said
 
 
-def test_pages_of_one_name_are_refused(bracket_body, tmp_path, capsys):
-    from modalprep.formats.modalfile import write_body
+OF_ONE_STEM = {  # two commands whose default outputs have one name
+    "render": [("render", "a/arm.h5"), ("render", "b/arm.h5")],
+    "import": [("import", "a/arm.op4"), ("import", "a/arm.sid")],
+    "export": [("export", "a/arm.h5", "--to", "op4"), ("export", "a/arm.hdf5", "--to", "op4")],
+    "compare": [("compare", "a/arm.h5", "a/test.h5"), ("compare", "a/arm.h5", "b/test.h5")],
+}
 
+
+@pytest.mark.parametrize("command", OF_ONE_STEM)
+def test_default_outputs_of_one_stem_are_refused(bracket_body, tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    for folder in "ab":
+        write_body(bracket_body, Path(folder, "arm.h5"))
+        write_body(bracket_body, Path(folder, "test.h5"))
+    write_body(bracket_body, Path("a", "arm.hdf5"))
+    first, second = OF_ONE_STEM[command]
+    if command == "import":
+        run(capsys, "export", "b/arm.h5", "--to", "op4", "-o", "a/arm.op4")
+        run(capsys, "export", "b/arm.h5", "--to", "sid", "-o", "a/arm.sid")
+        Path("a", "arm.h5").unlink()
+    for _ in range(2):
+        code, said = run(capsys, *first)
+        assert code == 0, said
+    before = contents(tmp_path)
+    code, said = run(capsys, *second)
+    assert code == 2
+    assert "would overwrite the outputs of" in said
+    assert contents(tmp_path) == before
+
+
+def test_pages_of_one_name_are_refused(bracket_body, tmp_path, capsys):
     for folder in "ab":
         write_body(bracket_body, tmp_path / folder / "arm.h5")
     out = tmp_path / "out"

@@ -32,7 +32,7 @@ def modes(
     """
     from modalprep.errors import InputError
     from modalprep.pipeline.build.build import build_body
-    from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_shared, refuse_shared_folders
+    from modalprep.pipeline.build.sources import claiming, output_folder, refuse_shared_folders
     from modalprep.pipeline.console import Reporter
     from modalprep.report.body_page.printing import find_browser, print_page
     from modalprep.report.page import write_page
@@ -57,17 +57,14 @@ def modes(
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}.html"
         refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
-        if output:
-            refuse_shared(page, file)
         body, notes, made = read_body(file), [], None
         checks = check_body(body)
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in notes:
         reporter.say(f"  note: {note}")
-    if output and made is None:
-        mark_source(page, file)
-    write_page(body, page, checks=checks, notes=notes, inputs=made)
+    with claiming({page: file} if output and made is None else {}):
+        write_page(body, page, checks=checks, notes=notes, inputs=made)
     reporter.wrote(page)
     if browser:
         reporter.wrote(print_page(page, browser))
@@ -97,7 +94,7 @@ def render(
     """
     from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
-    from modalprep.pipeline.build.sources import refuse_overwriting
+    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.report.pictures.animation import animate_mode
     from modalprep.report.pictures.render import render_mesh, render_mode
@@ -108,17 +105,18 @@ def render(
     if edges and (sheet or animate):
         raise InputError("--edges is for a picture of one mode; leave it out with --sheet and --animate")
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
-    target = target or Path(default)
+    own, target = {} if target else {Path(default): file}, target or Path(default)
     refuse_overwriting([target], [file])
     body = read_body(file)
-    if sheet:
-        contact_sheet(body, target, colour=colour)
-    elif animate:
-        animate_mode(body, mode, target, colour=colour)
-    elif mode == 0:
-        render_mesh(body, target)
-    else:
-        render_mode(body, mode, target, colour=colour, edges=edges)
+    with claiming(own):
+        if sheet:
+            contact_sheet(body, target, colour=colour)
+        elif animate:
+            animate_mode(body, mode, target, colour=colour)
+        elif mode == 0:
+            render_mesh(body, target)
+        else:
+            render_mode(body, mode, target, colour=colour, edges=edges)
     Reporter().wrote(target)
 
 
@@ -180,19 +178,21 @@ def export(
     """Convert a modal file to the format of another program."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
-    from modalprep.pipeline.build.sources import refuse_overwriting
+    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
     refuse_missing(file, "modal file")
-    target = target or file.with_suffix(known_export(to).suffix)
+    beside = file.with_suffix(known_export(to).suffix)
+    own, target = {} if target else {beside: file}, target or beside
     refuse_overwriting([target], [file])
     body = read_body(file)
-    if sensors is None and not noise:
-        reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
-        notes = lost_in(body, to)
-    else:
-        notes = _synthetic(body, to, sensors, noise, target, reporter)
+    with claiming(own):
+        if sensors is None and not noise:
+            reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
+            notes = lost_in(body, to)
+        else:
+            notes = _synthetic(body, to, sensors, noise, target, reporter)
     for note in notes:
         reporter.say(f"  note: {note}")
     if as_json:
@@ -249,16 +249,17 @@ def import_file(
     from modalprep.formats.bodies.described import notes_of
     from modalprep.formats.bodies.read import import_body
     from modalprep.formats.modalfile import write_body
-    from modalprep.pipeline.build.sources import refuse_overwriting
+    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.report.tables import body_summary
 
     reporter = Reporter(quiet=as_json)
-    target = target or file.with_suffix(".h5")
+    own, target = {} if target else {file.with_suffix(".h5"): file}, target or file.with_suffix(".h5")
     refuse_overwriting([target], [file, *([] if nodes is None else [nodes])])
     chosen = dict(map(_named_nodes, interface or ()))
     body = import_body(file, root=root, length_unit=length_unit, mass_unit=mass_unit, interfaces=chosen, nodes=nodes)
-    reporter.wrote(write_body(body, target))
+    with claiming(own):
+        reporter.wrote(write_body(body, target))
     body_summary(body, reporter.console)
     notes = notes_of(body)
     for note in notes:

@@ -64,18 +64,19 @@ def compare(
     """
     from modalprep.correlation import correlate
     from modalprep.correlation.axes import turned_axes
-    from modalprep.pipeline.build.sources import refuse_overwriting
+    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
 
-    reporter, target = Reporter(quiet=as_json), target or file.with_name(f"{file.stem}-against-{test.stem}.png")
-    files = [target, target.with_suffix(".csv"), target.with_suffix(".html")]
+    picture = target or file.with_name(f"{file.stem}-against-{test.stem}.png")
+    files, reporter = [picture, picture.with_suffix(".csv"), picture.with_suffix(".html")], Reporter(quiet=as_json)
     refuse_overwriting([*files, *([film] if film else [])], [file, test])
     pair = _pair_of(film, pair)
     (analysis, cells), (measured, test_cells) = _analysis(file, boundary, modes), _measured(test, boundary, length_unit)
     place = {"origin": _three(origin), "rotation": turned_axes(axes), "tolerance": tolerance}
     found = correlate(measured, analysis, **place, smallest_mac=smallest_mac)
     drawn = _drawn(found, analysis, cells, test_cells)
-    _write(found, drawn, files, reporter)
+    with claiming({} if target else {picture: test, files[-1]: file}):
+        _write(found, drawn, files, reporter)
     if film:
         _film(film, drawn, pair, reporter)
     if as_json:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +127,7 @@ def output_folder(path: Path, output: Path | None) -> Path:
 
 
 def refuse_shared(target: Path, file: Path) -> None:
-    """Refuse a folder, or a page, that was made of another file of the same name, as long as that one is there.
+    """Refuse a folder, or a file, that was made of another file of the same name, as long as that one is there.
 
     Raises
     ------
@@ -144,7 +145,7 @@ def refuse_shared(target: Path, file: Path) -> None:
     if other.is_file() and not same_file(other, file):
         raise InputError(
             f"{file} would overwrite the outputs of {other.resolve()} in {target}; rename one of the two files, or "
-            "choose another --output folder"
+            f"choose another {'-o file' if target.is_file() else '--output folder'}"
         )
 
 
@@ -167,7 +168,7 @@ def refuse_shared_folders(path: Path, output: Path | None) -> None:
 
 
 def mark_source(target: Path, file: Path) -> None:
-    """Note of which file a folder, or a page, is made."""
+    """Note of which file a folder, or a file that is there, is made."""
     mark = _mark(target)
     text = relative(file, mark.parent)
     if file.parent.resolve() == target.resolve() or (mark.is_file() and mark.read_text(encoding="utf-8") == text):
@@ -176,5 +177,27 @@ def mark_source(target: Path, file: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+@contextmanager
+def claiming(sources: Mapping[Path, Path]) -> Iterator[None]:
+    """Refuse to replace files (keys) that were made of others (values) of the same name; mark those written meanwhile.
+
+    Raises
+    ------
+    InputError
+        Which names both files.
+
+    Examples
+    --------
+    >>> with claiming({Path("arm-modes.png"): Path("arm.h5")}):
+    ...     pass
+    """
+    for target, file in sources.items():
+        refuse_shared(target, file)
+    yield
+    for target, file in sources.items():
+        if target.is_file():
+            mark_source(target, file)
+
+
 def _mark(target: Path) -> Path:
-    return target.with_name(f".{target.name}{MARK}") if target.suffix == ".html" else target / MARK
+    return target.with_name(f".{target.name}{MARK}") if target.is_file() else target / MARK
