@@ -6,7 +6,9 @@ value says nothing, and is never refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import MISSING, fields
 from functools import cache
 from typing import Any, NamedTuple
@@ -14,6 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
+
+_refused = ContextVar("refused", default=True)
 
 
 class Rule(NamedTuple):
@@ -73,11 +77,21 @@ def refuse_idle(record: Any, what: str = "") -> None:
     Traceback (most recent call last):
     modalprep.errors.InputError: sheet 'skin': 'thickness' has no effect beside 'plies'; leave one of them out
     """
-    for rule in record.applies:
+    for rule in record.applies if _refused.get() else ():
         why = rule.unmet(record)
         for key in rule.keys if why else ():
             if _changed(record, key):
                 raise InputError(f"{what}{key!r} has no effect {why}")
+
+
+@contextmanager
+def idle_allowed(allowed: bool) -> Iterator[None]:
+    """Let records have idle keys meanwhile: a case of an ensemble may have no stiffness where others have."""
+    token = _refused.set(not allowed)
+    try:
+        yield
+    finally:
+        _refused.reset(token)
 
 
 def is_given(record: Any, key: str) -> bool:

@@ -4,7 +4,13 @@ import copy
 
 import numpy as np
 
-from modalprep.pipeline.schema import changing, environment, force_elements, system
+import modalprep as mp
+from modalprep.pipeline.build.build import read_bodies
+from modalprep.pipeline.schema import changing, environment, force_elements
+from modalprep.pipeline.schema import system as system_tables
+from modalprep.pipeline.schema.changing import read_events
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.systems.read import system_of
 
 BODY = {"mass": 2.0, "centre": [0.4, 0.1, 0.05], "inertia": [0.2, 0.5, 0.6, 0.02, -0.03, 0.01]}
 ENDS = {"root": [0.0, 0.0, 0.0], "tip": [1.0, 0.2, -0.1]}
@@ -28,6 +34,12 @@ def base():
         "environment": {"gravity": [1.3, -9.81, 2.1]},
         "simulation": {"t_end": 0.1, "output_step": 0.02, "method": "explicit"},
     }
+
+
+def system(path):
+    """Return a pipeline file and its system."""
+    pipeline = load_pipeline(path)
+    return pipeline, system_of(pipeline, path, read_bodies(pipeline, path, None))
 
 
 class Family:
@@ -59,14 +71,35 @@ class Family:
         for key in self.place[:-1]:
             inside = inside.setdefault(key, {})
         own = copy.deepcopy(self.variants[variant])
-        for key, value in given.items():
+        for key, value in copy.deepcopy(given).items():
             first, _, rest = key.partition(".")
             if rest:
                 own.setdefault(first, {})[rest] = value
             else:
                 own[first] = value
-        inside[self.place[-1]] = own
+        inside[self.place[-1]] = own if self.place[-1] != "notch" else [own]
         return file
+
+    def result(self, path):
+        """Return the run of a pipeline file."""
+        pipeline, made = system(path)
+        s = pipeline.simulation
+        given = {"t_end": s.t_end, "output_step": s.output_step, "method": s.method}
+        return mp.simulate(made, events=read_events(pipeline.events), **given)
+
+    def same(self, one, other):
+        """Whether two runs show no difference beyond round-off."""
+        if (one.notes, one.message, _times(one)) != (other.notes, other.message, _times(other)):
+            return False
+        if one.channels.keys() != other.channels.keys():
+            return False
+        return all(
+            _same_values(one.channels[key], other.channels[key]) for key in one.channels if key != "energy.error"
+        )
+
+    def notes(self, result):
+        """Return what was noted."""
+        return " ".join(result.notes)
 
 
 def lists(value, *counts):
@@ -134,7 +167,7 @@ CLOSURE = {
 }
 LOOSE = {"joints": {"r": {"type": "free", "child": "c.root", "start": {"velocity": [0.1, 0.2, 0.3]}}}}
 
-BETWEEN = {"ground": ["ground", "b.tip"], "bodies": ["b.tip", "c.tip"]}
+BETWEEN = {"ground": ["ground", "b.tip"], "bodies": ["a.root", "c.tip"]}  # which part, and which approach
 TWO = {name: {"between": ends} for name, ends in BETWEEN.items()}
 ORBITS = {"altitude": {"altitude": 4e5}, "radius": {"radius": 7e6}, "rate": {"rate": 1.1e-3}}
 ORBIT = {
@@ -147,8 +180,8 @@ WIRE = {"conductors": {"wire": {"through": ["b.root", "b.tip"], "current": 1e6}}
 ROD = {"immersed": {"rods": {"bodies": "b", "diameter": 0.1}}}
 
 FAMILIES = {
-    "joint": Family(system.JointTable, ("joints", "r"), JOINTS, HINGE | {"keep_start": [True]}),
-    "closure": Family(system.ClosureTable, ("closures", "x"), CLOSURES, CLOSURE, LOOSE),
+    "joint": Family(system_tables.JointTable, ("joints", "r"), JOINTS, HINGE | {"keep_start": [True]}),
+    "closure": Family(system_tables.ClosureTable, ("closures", "x"), CLOSURES, CLOSURE, LOOSE),
     "force": Family(
         force_elements.ForceTable, ("forces", "x"),
         {"at": {"at": "b.tip"}, "body": {"body": "b", "force": [1.0, 20.0, 3.0]}},
@@ -156,7 +189,7 @@ FAMILIES = {
          "box": [[[0.5, 0, -1], [2, 1, 1]]]},
     ),
     "spring": Family(
-        force_elements.AxialSpringTable, ("springs", "x"), TWO,
+        force_elements.AxialSpringTable, ("springs", "x"), TWO | {"ground": TWO["ground"] | {"position": [2, -3, -6]}},
         {"stiffness": [500.0], "damping": [30.0], "free_length": [0.3], "position": [[0.2, 0.3, 0.4]],
          "actuator_force": [30.0], "tension_only": [True]},
     ),
@@ -195,15 +228,6 @@ FAMILIES = {
         LOOSE | {"closures": {"port": {"type": "spherical", "a": "a.tip", "b": "c.root"}}},
     ),
 }  # fmt: skip
-
-
-def same(one, other):
-    """Whether two runs show no difference beyond round-off."""
-    if (one.notes, one.message, _times(one)) != (other.notes, other.message, _times(other)):
-        return False
-    if one.channels.keys() != other.channels.keys():
-        return False
-    return all(_same_values(one.channels[key], other.channels[key]) for key in one.channels if key != "energy.error")
 
 
 def _times(run):

@@ -4,17 +4,18 @@ import re
 
 import numpy as np
 import pytest
-from bad.keys import base
-from bad.test_keys import system
+from bad.keys import base, system
+from bad.test_keys import written
 
 import modalprep as mp
 from modalprep.ensemble.parameters import Parameters
 from modalprep.fe.properties.materials import Material
 from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.properties import Shell
-from modalprep.multibody import Closure, HingeElement
+from modalprep.multibody import AxialSpring, Bushing, Closure, HingeElement, RotationalSpring
 from modalprep.multibody.model.chain import SegmentedBeam
 from modalprep.multibody.model.depletion import ExpelledGas, deplete
+from modalprep.multibody.model.environment import Dipole, Orbit
 from modalprep.pipeline.build.reduce import implausible_ratios
 from modalprep.pipeline.schema.columns import points_of_file
 
@@ -40,6 +41,7 @@ def gas(**changes):
     return ExpelledGas(**given | changes)
 
 
+ENDS, TURN = ("ground", "b.tip"), ([0, 0, 1.0], 0.1)
 BEAM = {"length": 1.0, "segments": 6, "mass_per_length": 1.0, "EI": 10.0, "curvature": 1e6}
 SOURCE = deplete(2.0, 1.0, 0.1)
 PYTHON = [
@@ -59,7 +61,16 @@ PYTHON = [
     (lambda: Parameters(single(), ["j.velocity.x"]), "'j' has axis, pitch, position, angle, rate"),
     (lambda: HingeElement(limit_stiffness=1e5), "'limit_stiffness' has no effect without 'lower' or 'upper'"),
     (lambda: Closure(name="c", type="weld", a="hub.root", b="x.y", position=[1, 0, 0]), "'position' has no effect"),
+    (lambda: Closure(name="c", type="distance", a="hub.root", b="x.y", axis=[1, 0, 0]), "'axis' has no effect where"),
+    (lambda: Closure(name="c", type="distance", a="hub.root", b="x.y", rotation=TURN), "'rotation' has no effect"),
+    (lambda: Bushing(name="m", between=ENDS, damping=[1.0] * 6, free_position=[1.0, 0, 0]), "'free_position' has"),
+    (lambda: AxialSpring(name="s", between=ENDS, damping=1.0, free_length=0.1), "'free_length' has no effect"),
+    (lambda: AxialSpring(name="s", between=ENDS, stiffness=1.0, tension_only=True), "it is never slack"),
+    (lambda: RotationalSpring(name="s", between=ENDS, damping=1.0, free_angle=0.1), "'free_angle' has no effect"),
+    (lambda: Dipole(strength=3e-5, longitude=0.1), "'longitude' has no effect without 'tilt'"),
+    (lambda: Orbit(rate=1e-3, radius=7e6, dipole=Dipole(strength=3e-5), argument_of_latitude=0.1), "untilted dipole"),
     (lambda: mp.Event(name="e", when="t", restitution=0.5), "'restitution' has no effect without 'impacts'"),
+    (lambda: mp.Event(name="e", when="t", terminal=True, deactivates=["c"]), "'deactivates' has no effect beside"),
     (lambda: gas(mass_fraction=3.0), "mass_fraction = 3 must not exceed 1"),
     (lambda: single(loads=(gas(mass_fraction=0.6), gas(name="b", mass_fraction=0.6))), "add up to 1.2, above 1"),
     (lambda: SegmentedBeam(name="b", **BEAM), "half a turn"),
@@ -91,7 +102,7 @@ FILES = [
 @pytest.mark.parametrize(("tables", "said"), FILES, ids=[row[1] for row in FILES])
 def test_pipeline_files_refuse(tmp_path, tables, said):
     with pytest.raises(mp.InputError, match=re.escape(said)):
-        system(tmp_path, base() | {key: base().get(key, {}) | value for key, value in tables.items()})
+        system(written(tmp_path, base() | {key: base().get(key, {}) | value for key, value in tables.items()}))
 
 
 def test_the_sum_of_two_exits_is_possible():
@@ -101,11 +112,11 @@ def test_the_sum_of_two_exits_is_possible():
 def test_angles_in_degrees_are_noted(tmp_path):
     file = base()
     file["joints"]["r"] |= {"start": {"angle": 90.0}, "limits": {"lower": -180.0, "stiffness": 1e3}}
-    notes = system(tmp_path, file)[1].notes
+    notes = system(written(tmp_path, file))[1].notes
     assert "the angle of [joints.r.start], 90 rad, is implausible: did you mean '90 deg'?" in notes
     assert "the lower of [joints.r.limits], -180 rad, is implausible: did you mean '-180 deg'?" in notes
     file["joints"]["r"] |= {"start": {"angle": "90 deg"}, "limits": {"lower": "-180 deg", "stiffness": 1e3}}
-    assert not system(tmp_path, file)[1].notes
+    assert not system(written(tmp_path, file))[1].notes
 
 
 def test_an_angle_of_a_sheet_in_degrees_is_noted():
@@ -157,6 +168,21 @@ def test_a_characteristic_in_degrees_is_that_in_radians(tmp_path):
     (tmp_path / "deg.csv").write_text(f"angle (deg),torque (N mm)\n{rows}")
     table = {"between": ["ground", "b.tip"], "characteristic": {"file": "deg.csv"}}
     file = base() | {"rotational_springs": {"s": table}}
-    spring = system(tmp_path, file)[1].loads[0]
+    spring = system(written(tmp_path, file))[1].loads[0]
     np.testing.assert_allclose(spring.characteristic[0], [0.0, 0.1, 0.2], rtol=1e-12)
     np.testing.assert_allclose(spring.characteristic[1], 0.02 * np.array([0.0, 0.1, 0.2]), rtol=1e-12)
+
+
+def test_a_case_without_stiffness_or_friction_is_no_fault(tmp_path):
+    """Zero among the values of a parameter leaves the keys beside it without effect, in that case only."""
+    spring = AxialSpring(name="s", between=("ground", "hub.root"), stiffness=1.0, free_length=0.1)
+    case = Parameters(single(loads=(spring,)), ["s.stiffness"]).change([0.0])
+    assert (case.loads[0].stiffness, case.loads[0].free_length) == (0.0, 0.1)
+    with pytest.raises(mp.InputError, match="'free_length' has no effect without 'stiffness'"):
+        Parameters(single(loads=(spring.with_(stiffness=0.0, free_length=0.0),)), ["s.free_length"]).change([0.1])
+    plane = {"type": "point_on_plane", "a": "a.tip", "b": "c.root", "transition_velocity": 0.5}
+    file = base() | {"closures": {"x": plane | {"friction_coefficient": 0.0}}}
+    file["joints"]["r"] = {"type": "free", "child": "c.root"}
+    assert system(written(tmp_path, file))[1].closures[0].friction_coefficient == 0.0
+    with pytest.raises(mp.InputError, match="'transition_velocity' has no effect without 'friction_coefficient'"):
+        system(written(tmp_path, file | {"closures": {"x": plane}}))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from closures import closure_of
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -231,5 +232,4 @@ def _closure(rng, chain, n):
         axis = chain.rows[0] if kind == "point_on_plane" else np.cross(normal, chain.rows[0])
         kind = "point_on_line" if kind == "cylindrical" else kind
         return Closure(name="pin", type=kind, axis=axis, **ends)
-    second = {"second_axis": np.cross(normal, [0.3, -0.5, 0.8])} if kind == "universal" else {}
-    return Closure(name="pin", type=kind, axis=normal, **second, **ends)
+    return closure_of(name="pin", type=kind, axis=normal, second_axis=np.cross(normal, [0.3, -0.5, 0.8]), **ends)

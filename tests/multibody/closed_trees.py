@@ -1,13 +1,14 @@
 """Random trees with random closures, and their accelerations by the kernel."""
 
 import numpy as np
+from closures import closure_of
 from multibody.trees import random_state, random_tree
 from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.closed_loops.responses import write_responses
-from modalprep.multibody.model.constraints import Closure, Coupler
+from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.packing.tree import pack
 
 TYPES = (
@@ -30,7 +31,7 @@ def random_closures(system, seed, count):
         turn = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
         axis, place = rng.standard_normal((2, 3))
         options |= {"position": place} if "ground" in (a, b) else {}
-        found.append(Closure(name=f"c{k}", type=kind, a=a, b=b, axis=axis, rotation=turn, **options))
+        found.append(closure_of(name=f"c{k}", type=kind, a=a, b=b, axis=axis, rotation=turn, **options))
     coupled = [f"{name}.{count}" if count > 1 else name for name, count in system.coordinate_counts.items() if count]
     if coupled:
         found.append(Coupler(name="gear", factors=dict.fromkeys(coupled, 1.5), value="t + t**2"))

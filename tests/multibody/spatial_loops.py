@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from closures import closure_of
 from compare import assert_close
 from multibody.trees import axes_of
 
 import modalprep as mp
-from modalprep.multibody.model.constraints import Closure
 
 
 class Pair(NamedTuple):
@@ -45,10 +45,8 @@ def spatial_loop(pairs, bodies, *, rates=None, gravity=(0, 0, -9.81)):
         parent = "ground" if i == 0 else f"{names[i - 1]}.tip"
         joints.append(mp.Joint(name=f"j{i}", type=pair.type, parent=parent, child=name, **options))
     last = pairs[-1]
-    more = {"second_axis": last.second} if last.second is not None else {}
-    closure = Closure(
-        name="pin", type=last.type, a=f"{names[-1]}.tip", b="ground", axis=last.axis, position=last.place, **more
-    )
+    place = {"a": f"{names[-1]}.tip", "b": "ground", "position": last.place}
+    closure = closure_of(name="pin", type=last.type, axis=last.axis, second_axis=last.second, **place)
     return mp.System(bodies=found, joints=tuple(joints), closures=(closure,), gravity=np.array(gravity, dtype=float))
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from modalprep.applies import idle_allowed
 from modalprep.errors import InputError
 from modalprep.multibody.model.joint import STARTS, Joint
 from modalprep.multibody.model.joint_element import HingeElement
@@ -78,7 +79,8 @@ class Parameters:
             if row < 0:
                 given["gravity"] = _vector(self.system.gravity, changes)
             else:
-                given[table][row] = _changed(given[table][row], changes)
+                with idle_allowed(any(value == 0.0 for _, value in changes)):
+                    given[table][row] = _changed(given[table][row], changes)
         return self.system.with_(**{key: tuple(v) if isinstance(v, list) else v for key, v in given.items()})
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from closures import closure_of
 from multibody.closed_trees import closed_tree
 from multibody.mechanisms import link, slider_crank
 from multibody.trees import axes_of, random_body
@@ -151,7 +152,7 @@ def halves(closure):
         mp.Joint(name="right", type="weld", parent="ground", child="two", position=np.array([20.0, 0, 0]),
                  rotation=turn),
     )  # fmt: skip
-    middle = Closure(name="middle", type=closure, a="one.tip", b="two.tip", rotation=turn)
+    middle = closure_of(name="middle", type=closure, a="one.tip", b="two.tip", rotation=turn)
     return mp.System(bodies={"one": half, "two": half}, joints=joints, closures=(middle,))
 
 
@@ -208,10 +209,9 @@ def test_a_joint_cut_and_closed_again_has_the_same_rest_and_modes(kind):
         mp.multibody.Bushing(name="grip", between=("arm.a", "tool.root"), **soft),
     )
     root = mp.Joint(name="root", type="free", parent="ground", child="arm")
-    extra = {"second_axis": second} if kind == "universal" else {}
     cut = mp.Joint(name="cut", type=kind, parent="arm.a", child="tool", **axes_of(kind, axis, second))
     free = mp.Joint(name="cut", type="free", parent="ground", child="tool", position=place)
-    closure = Closure(name="cut", type=kind, a="arm.a", b="tool.root", axis=axis, **extra)
+    closure = closure_of(name="cut", type=kind, a="arm.a", b="tool.root", axis=axis, second_axis=second)
     common = {"bodies": {"arm": arm, "tool": tool}, "loads": bushings, "gravity": np.array([1.0, -2.0, 3.0])}
     systems = (mp.System(joints=(root, cut), **common), mp.System(joints=(root, free), closures=(closure,), **common))
     rests = [mp.static_equilibrium(system) for system in systems]

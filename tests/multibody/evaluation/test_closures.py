@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from closures import closure_of
 from multibody.mechanisms import link, slider_crank
 from multibody.trees import axes_of, random_body
 from scipy.integrate import solve_ivp
@@ -230,8 +231,7 @@ def cut_joint(kind, *, closed):
     extra: tuple = ()
     if closed:
         joint = mp.Joint(name="cut", type="free", parent="ground", child="tool", position=place)
-        options = {"second_axis": second} if kind == "universal" else {}
-        extra = (Closure(name="cut", type=kind, a="arm.a", b="tool.root", axis=axis, **options),)
+        extra = (closure_of(name="cut", type=kind, a="arm.a", b="tool.root", axis=axis, second_axis=second),)
         joint = joint.with_(velocity=np.cross(first.angular_velocity, place), angular_velocity=first.angular_velocity)
     return mp.System(
         bodies={"arm": arm, "tool": tool}, joints=(first, joint), gravity=np.array([1.0, -2.0, 3.0]), closures=extra
@@ -348,7 +348,7 @@ def test_a_mechanism_that_locks_names_time_and_loop(method, options):
         ({"type": "hinge"}, "type 'hinge' does not exist"),
         ({"b": "crank.end"}, "two different ends"),
         ({"a": "crank.hand"}, "names no interface"),
-        ({"axis": np.zeros(3)}, "has no direction"),
+        ({"type": "planar", "axis": np.zeros(3)}, "has no direction"),
         ({"type": "universal"}, "needs a second_axis"),
         ({"length": 1.0}, "'length' has no effect"),
         ({"type": "distance", "length": -1.0}, "must be positive"),

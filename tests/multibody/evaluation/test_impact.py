@@ -373,7 +373,7 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
         (lambda: mp.multibody.impact(ball(), closures=["flor"]), "closure 'flor' does not exist; did you mean 'floor'"),
         (lambda: mp.multibody.impact(ball(), closures=["floor"], restitution=1.5), "restitution = 1.5"),
         (lambda: mp.Event(name="e", when="t", restitution=-1.0), "restitution = -1"),
-        (lambda: ball(transition_velocity=0.0), "transition_velocity = 0 must be positive"),
+        (lambda: ball(friction=0.5, transition_velocity=0.0), "transition_velocity = 0 must be positive"),
         (
             lambda: Closure(name="c", type="weld", a="a.b", b="ground", friction_coefficient=0.1),
             "'friction_coefficient' has no effect where type = 'weld'",

@@ -34,8 +34,10 @@ def test_records_take_them_all(way):
     records = {
         "joint": mp.Joint(name="j", type="weld", parent="ground", child="b", rotation=WAYS[way]).rotation,
         "closure": Closure(name="c", type="weld", a="a.x", b="b.x", rotation=WAYS[way]).rotation,
-        "bushing": Bushing(name="m", between=("ground", "b.x"), rotation=WAYS[way]).rotation,
-        "rest": Bushing(name="m", between=("ground", "b.x"), free_rotation=WAYS[way]).free_rotation,
+        "bushing": Bushing(name="m", between=("ground", "b.x"), stiffness=[1.0] * 6, rotation=WAYS[way]).rotation,
+        "rest": Bushing(
+            name="m", between=("ground", "b.x"), stiffness=[1.0] * 6, free_rotation=WAYS[way]
+        ).free_rotation,
     }
     for name, found in records.items():
         np.testing.assert_allclose(found, TURN.as_matrix(), atol=1e-15, err_msg=name)

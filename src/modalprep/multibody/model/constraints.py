@@ -42,7 +42,9 @@ class Closure(Record):
     a, b : str
         ``body.interface``, or one of them ``ground``.
     axis, second_axis : (3,)
-        In a's axes; second axis of a universal joint, fixed in b.
+        In a's axes; second axis of a universal joint, fixed in b. The conditions of a weld or a spherical closure are
+        written along and across `axis`; their results do not depend on it, but a loop is taken as planar, which is
+        faster, only where it is the normal.
     position : (3,)
         m, inertial: the end on the ground.
     rotation : (3, 3), (4,) or ((3,), float)
@@ -75,11 +77,14 @@ class Closure(Record):
     """
 
     applies: ClassVar = (
+        Rule(("axis",), needs=("type",), among=("weld", "spherical", *WITH_AXIS, *WITH_FRICTION)),
+        Rule(("rotation",), needs=("type",), among=("weld", *WITH_AXIS)),
         Rule(("second_axis",), needs=("type",), among=("universal",)),
         Rule(("position",), needs=("a", "b"), among=(GROUND,), advice="it is the place of an end on the ground"),
         Rule(("length",), needs=("type",), among=("distance",)),
         Rule(("path",), needs=("type",), among=("position",)),
         Rule(("friction_coefficient",), needs=("type",), among=WITH_FRICTION),
+        Rule(("transition_velocity",), needs=("friction_coefficient",)),
     )
     name: str
     type: ClosureType

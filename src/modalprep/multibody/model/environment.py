@@ -15,6 +15,7 @@ from modalprep.records import Record
 EARTH_MU = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, at the equator
 EARTH_SPIN = 7.292115e-5  # rad/s
+SAME_FIELD = "the field of an untilted dipole is the same all along an equatorial orbit; leave it out"
 OF_THE_FIELD = "it places the magnetic field of the planet, so leave it out"
 
 
@@ -76,6 +77,7 @@ class Dipole(Record):
     6378137.0
     """
 
+    applies: ClassVar = (Rule(("longitude",), needs=("tilt",)),)
     strength: float
     radius: float = EARTH_RADIUS
     tilt: float = 0.0
@@ -87,6 +89,7 @@ class Dipole(Record):
             raise InputError(
                 f"dipole: strength = {self.strength:g} and radius = {self.radius:g} must be positive (T and m)"
             )
+        refuse_idle(self, "dipole: ")
         super().__post_init__()
 
 
@@ -123,6 +126,7 @@ class Orbit(Record):
 
     applies: ClassVar = (
         Rule(("inclination", "argument_of_latitude", "planet_spin"), needs=("dipole",), advice=OF_THE_FIELD),
+        Rule(("argument_of_latitude",), needs=("inclination", "dipole.tilt"), advice=SAME_FIELD),
     )
     rate: float
     radius: float = float("inf")

@@ -51,6 +51,7 @@ class Event(Record):
     """
 
     applies: ClassVar = (
+        Rule(("activates", "deactivates", "impacts"), beside=("terminal",), advice="the run ends there; leave one out"),
         Rule(("restitution",), needs=("impacts",)),
         Rule(("once",), needs=("activates", "deactivates", "impacts")),
     )

@@ -116,8 +116,7 @@ class TwoEnded(Record):
     def __post_init__(self) -> None:
         """Refuse one end twice."""
         if len(self.between) != 2 or self.between[0] == self.between[1]:
-            ends = " and ".join(self.between)
-            raise InputError(f"{self.noun} {self.name!r}: joins {ends}; name two different ends")
+            raise InputError(f"{self.noun} {self.name!r}: joins {' and '.join(self.between)}; name two different ends")
         object.__setattr__(self, "between", tuple(self.between))
         refuse_idle(self, f"{self.noun} {self.name!r}: ")
         super().__post_init__()
@@ -149,7 +148,12 @@ class AxialSpring(TwoEnded):
     0.0
     """
 
-    applies: ClassVar = (Rule(("position",), needs=("between",), among=(GROUND,), advice=ON_GROUND),)
+    applies: ClassVar = (
+        Rule(("position",), needs=("between",), among=(GROUND,), advice=ON_GROUND),
+        Rule(("free_length",), needs=("stiffness", "tension_only")),
+        Rule(("tension_only",), needs=("stiffness", "damping")),
+        Rule(("tension_only",), needs=("free_length", "damping"), advice="it is never slack; give one of them"),
+    )
     stiffness: float = 0.0
     damping: float = 0.0
     free_length: float = 0.0
@@ -197,7 +201,11 @@ class Bushing(TwoEnded):
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
 
-    applies: ClassVar = (Rule(("position", "rotation"), needs=("between",), among=(GROUND,), advice=ON_GROUND),)
+    applies: ClassVar = (
+        Rule(("position", "rotation"), needs=("between",), among=(GROUND,), advice=ON_GROUND),
+        Rule(("free_position", "free_rotation", "position"), needs=("stiffness",)),
+        Rule(("rotation",), needs=("stiffness", "damping")),
+    )
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
     damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
     free_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -216,8 +224,7 @@ class Bushing(TwoEnded):
                 raise InputError(f"bushing {self.name!r}: {name} {value.tolist()} must not be negative")
             object.__setattr__(self, name, value)
         for name in ("free_rotation", "rotation"):
-            turn = as_rotation(getattr(self, name), f"bushing {self.name!r}: {name}")
-            object.__setattr__(self, name, turn)
+            object.__setattr__(self, name, as_rotation(getattr(self, name), f"bushing {self.name!r}: {name}"))
         super().__post_init__()
 
 

@@ -60,7 +60,10 @@ class RotationalSpring(TwoEnded):
     [-9.0, 0.0, 0.0, 9.0]
     """
 
-    applies: ClassVar = (Rule(("rotation",), needs=("between",), among=(GROUND,), advice=ON_GROUND),)
+    applies: ClassVar = (
+        Rule(("rotation",), needs=("between",), among=(GROUND,), advice=ON_GROUND),
+        Rule(("free_angle",), needs=("stiffness", "characteristic")),
+    )
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     stiffness: float = 0.0
     damping: float = 0.0

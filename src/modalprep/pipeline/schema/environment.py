@@ -67,13 +67,8 @@ class WaterTable(Table):
     surface: Length = Field(0.0, description="where the depth is zero, m along `up`")
 
 
-SAME_FIELD = "the field of an untilted dipole is the same all along an equatorial orbit; leave it out"
-
-
 class DipoleTable(Table):
     """Magnetic field of a planet, rotating with it."""
-
-    applies: ClassVar = (Rule(("longitude",), needs=("tilt",)),)
 
     strength: MagneticField = Field(
         gt=0, description="on the magnetic equator at `radius`, T; about 3.12e-5 for the Earth"
@@ -88,7 +83,6 @@ class OrbitTable(Table):
 
     applies: ClassVar = (
         Rule(("mu",), beside=("rate",), advice="give the rate, or mu with the altitude or the radius"),
-        Rule(("argument_of_latitude",), needs=("inclination", "dipole.tilt"), advice=SAME_FIELD),
     )
 
     altitude: Length | None = Field(None, description="above the equator of the Earth, m")

@@ -116,12 +116,6 @@ class ForceTable(Table):
 class AxialSpringTable(Table):
     """An axial spring and damper between two points."""
 
-    applies: ClassVar = (
-        Rule(("free_length",), needs=("stiffness", "tension_only")),
-        Rule(("tension_only",), needs=("stiffness", "damping")),
-        Rule(("tension_only",), needs=("free_length", "damping"), advice="it is never slack; give one of them"),
-    )
-
     between: Ends = Field(description=ENDS)
     stiffness: Stiffness = Field(0.0, ge=0, description="N/m")
     damping: Damping = Field(0.0, ge=0, description="N s/m")
@@ -139,11 +133,6 @@ class AxialSpringTable(Table):
 
 class BushingTable(Table):
     """Six springs and dampers between two frames, in the axes of the first."""
-
-    applies: ClassVar = (
-        Rule(("free_position", "free_rotation", "position"), needs=("stiffness",)),
-        Rule(("rotation",), needs=("stiffness", "damping")),
-    )
 
     between: Ends = Field(description=ENDS)
     stiffness: six(AnyStiffness) = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
@@ -184,8 +173,6 @@ class DampingTable(PointsOrFile):
 
 class RotationalSpringTable(Table):
     """A rotational spring and damper about an axis of the first of two interfaces."""
-
-    applies: ClassVar = (Rule(("free_angle",), needs=("stiffness", "characteristic")),)
 
     between: Ends = Field(description=ENDS)
     axis: Vector = Field([0.0, 0.0, 1.0], description="in the axes of the first")

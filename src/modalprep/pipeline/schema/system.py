@@ -185,11 +185,7 @@ THEORY = (
 class ClosureTable(Table):
     """A joint or a condition that closes a loop of the tree, or connects a body to the ground."""
 
-    applies: ClassVar = (
-        Rule(("axis",), needs=("type",), among=(*WITH_AXIS, *WITH_FRICTION)),
-        Rule(("rotation",), needs=("type",), among=("weld", *WITH_AXIS)),
-        Rule(("transition_velocity",), needs=("friction_coefficient",)),
-    )
+    applies: ClassVar = (Rule(("axis",), needs=("type",), among=(*WITH_AXIS, *WITH_FRICTION)),)
 
     type: ClosureType = Field(description="a joint, or point_on_line, point_on_plane, distance, position")
     a: str = Field(description=END)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from modalprep.applies import is_given
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.reduction import rotation_matrix
@@ -49,8 +50,14 @@ def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
         rotation=rotation_matrix(table.rotation),
         length=time_function("length", table.length, folder),
         path=path,
-        friction_coefficient=table.friction_coefficient,
-        transition_velocity=table.transition_velocity,
+        **_friction(table),
         active=table.active,
         reach=table.reach,
     )
+
+
+def _friction(table: ClosureTable) -> dict[str, float]:
+    """Return the constants of friction; a coefficient given as 0, one of several in a grid, needs no velocity."""
+    if is_given(table, "friction_coefficient") and not table.friction_coefficient:
+        return {}
+    return {key: getattr(table, key) for key in ("friction_coefficient", "transition_velocity")}
