@@ -14,9 +14,10 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.multibody.model.constraints import Closure
+from modalprep.multibody.model.constraints import Closure, Coupler
 
-PLANAR = ("revolute", "spherical", "cylindrical", "universal", "point_on_line", "position")
+PLANAR = ("revolute", "spherical", "cylindrical", "universal", "point_on_line", "position", "weld")
+ON_A_BODY = ("weld", "prismatic", "planar")  # of a further body, which turns about the hinge at the tip
 ARC = 0.02  # rad, between points of the branch
 SURE = 3e-3  # m: a smaller singular value does not correct a point, which is near a change point
 
@@ -34,17 +35,19 @@ class Chain(NamedTuple):
     rows: np.ndarray  # (k, 3) directions in which the tip stays at the target
     start: np.ndarray  # (n,) angles of a closed position
     closures: tuple[str, ...]  # that close it
+    hinge: np.ndarray  # (3,) axis of the hinge that would close it, at the tip
+    gear: np.ndarray  # (0 or 1, n) factors of a sum of angles that a coupler keeps
 
 
 def poses(chain, angles):
-    """Return points of the axes, axes (n, 3) and the tip (3,) of all hinges at their angles."""
+    """Return points of the axes, axes (n, 3), the tip (3,) and how the last body is turned, at angles of the hinges."""
     turn, move, places, axes = np.eye(3), np.zeros(3), [], []
     for place, axis, angle in zip(chain.places, chain.axes, angles, strict=True):
         places.append(turn @ place + move)
         axes.append(turn @ axis)
         own = _turned(axis, angle)
         turn, move = turn @ own, turn @ (place - own @ place) + move
-    return np.array(places), np.array(axes), turn @ chain.tip + move
+    return np.array(places), np.array(axes), turn @ chain.tip + move, turn
 
 
 def _turned(axis, angle):
@@ -53,27 +56,27 @@ def _turned(axis, angle):
 
 
 def gap(chain, angles):
-    return chain.rows @ (poses(chain, angles)[2] - chain.target)
+    return np.append(chain.rows @ (poses(chain, angles)[2] - chain.target), chain.gear @ angles)
 
 
 def slopes(chain, angles):
-    places, axes, tip = poses(chain, angles)
-    return chain.rows @ np.cross(axes, tip - places).T
+    places, axes, tip, _ = poses(chain, angles)
+    return np.vstack([chain.rows @ np.cross(axes, tip - places).T, chain.gear])
 
 
 def branch(chain, along, length):
-    """Return points (p, n) of the branch from the start, towards the speeds ``along (n,)``, over a length in rad."""
-    q, found = chain.start, [chain.start]
+    """Return points (p, n) of the branch from the start, towards speeds of the first hinges, over a length of these."""
+    q, found, m = chain.start, [chain.start], len(along)
     tangent = np.linalg.svd(slopes(chain, q))[2][len(q) - 1]
-    tangent *= np.sign(tangent @ along)
-    for _ in range(int(length / ARC)):
+    tangent *= np.sign(tangent[:m] @ along)
+    while length > 0.0:
         further = q + ARC * tangent
         for _ in range(2):
             further = further - _inverse(slopes(chain, further)) @ gap(chain, further)
         tangent, before = (further - q) / np.linalg.norm(further - q), q
         if len(found) > 1:  # the parabola through three points
             tangent = 1.5 * tangent - 0.5 * (before - found[-2]) / np.linalg.norm(before - found[-2])
-        q = further
+        q, length = further, length - np.linalg.norm((further - q)[:m])
         found.append(q)
     return np.array(found)
 
@@ -84,7 +87,8 @@ def _inverse(slope):
 
 
 def distance_from(points, angles):
-    """Return how far each of ``angles (k, n)`` is from a line through points (p, n), whole turns apart."""
+    """Return how far each of ``angles (k, m)`` is from a line through points (p, n), n >= m, whole turns apart."""
+    points = points[:, : angles.shape[1]]
     points, angles = (np.concatenate([np.cos(x), np.sin(x)], axis=1) for x in (points, angles))
     begin, along = points[:-1], np.diff(points, axis=0)
     found = []
@@ -98,16 +102,29 @@ def four_bar(rng):
     """Four bars of which two are as long as the other two: all may lie in one line."""
     one, two, three = rng.uniform(0.5, 1.5, 3)
     lengths = rng.permutation([one, two, three, max(one, two) + three - min(one, two)])
-    return in_plane(rng, lengths, PLANAR) or four_bar(rng)
+    return in_plane(rng, lengths, (*PLANAR, "distance")) or four_bar(rng)
 
 
-def in_plane(rng, lengths, closures):
+def geared(rng):
+    """Five bars, the cranks as long as each other and geared to turn against each other: the whole is a mirror image.
+
+    Where the cranks point away from each other the bars between them come into line, and may go on to either side.
+    """
+    crank, ground = rng.uniform(0.5, 1.0), rng.uniform(1.0, 2.0)
+    rod = crank + ground / 2
+    return in_plane(rng, [crank, rod, rod, crank, ground], PLANAR, [[2.0, 1.0, 1.0, 1.0]]) or geared(rng)
+
+
+def in_plane(rng, lengths, closures, gear=None):
     """Bars in a plane anywhere in space, drawn in one line; the last of the lengths is the ground."""
     turn = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
     along = np.append(0.0, np.cumsum(lengths[:-1]))
     places = along[:, None] * turn[:, 0]
-    axes = np.tile(turn[:, 2], (len(lengths) - 1, 1))
-    chain = Chain(places[:-1], axes, places[-1], lengths[-1] * turn[:, 0], turn[:, :2].T, np.zeros(3), closures)
+    n = len(lengths) - 1
+    chain = Chain(
+        places[:-1], np.tile(turn[:, 2], (n, 1)), places[-1], lengths[-1] * turn[:, 0], turn[:, :2].T, np.zeros(n),
+        closures, turn[:, 2], np.zeros((0, n)) if gear is None else np.array(gear),
+    )  # fmt: skip
     return closed(rng, chain)
 
 
@@ -119,7 +136,10 @@ def on_sphere(rng):
     angles = np.append(0.0, np.cumsum(arcs[:-1]))
     axes = (np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])) @ turn.T
     target = turn @ np.array([np.cos(arcs[-1]), np.sin(arcs[-1]), 0.0])
-    chain = Chain(axes[:-1], axes[:-1], axes[-1], target, np.eye(3), np.zeros(3), ("spherical", "position"))
+    chain = Chain(
+        axes[:-1], axes[:-1], axes[-1], target, np.eye(3), np.zeros(3),
+        ("spherical", "position", "revolute", "weld", "distance"), axes[-1], np.zeros((0, 3)),
+    )  # fmt: skip
     return closed(rng, chain) or on_sphere(rng)
 
 
@@ -138,7 +158,7 @@ def goldberg(rng):
         frames = frames @ step
     chain = Chain(
         np.array(places), np.array(axes), frames[:3, 3], np.array([-(b + c), 0, 0]), np.eye(3), np.zeros(4),
-        ("spherical", "position"),
+        ("spherical", "position"), frames[:3, 2], np.zeros((0, 4)),
     )  # fmt: skip
     return closed(rng, chain) or goldberg(rng)
 
@@ -171,8 +191,10 @@ def folded_slider(rng):
     length, angle = rng.uniform(0.5, 1.5), rng.uniform(0.3, 1.2) * rng.choice([-1, 1])
     places = np.array([0, length])[:, None] * turn[:, 0]
     start = np.array([angle, -2 * angle])
-    closures = ("point_on_plane", "point_on_line", "cylindrical")
-    return Chain(places, turn[:, [2, 2]].T, 2 * places[1], np.zeros(3), turn[:, [1]].T, start, closures)
+    return Chain(
+        places, turn[:, [2, 2]].T, 2 * places[1], np.zeros(3), turn[:, [1]].T, start,
+        ("point_on_plane", "point_on_line", "prismatic", "planar"), turn[:, 2], np.zeros((0, 2)),
+    )  # fmt: skip
 
 
 def closed(rng, chain):
@@ -187,7 +209,7 @@ def closed(rng, chain):
     return None
 
 
-FAMILIES = (four_bar, four_bar, on_sphere, goldberg, folded_slider)
+FAMILIES = (four_bar, on_sphere, goldberg, folded_slider, geared, four_bar)
 
 
 def body(rng, root, tip):
@@ -202,34 +224,48 @@ def body(rng, root, tip):
 
 
 def system(rng, chain, most=7):
-    """The loop with pendulums on its bodies, four to seven bodies in all, and energy enough to go round."""
-    n = len(chain.axes)
-    ends = [*chain.places[1:], chain.tip]
-    bodies = {f"b{k}": body(rng, root, tip) for k, (root, tip) in enumerate(zip(chain.places, ends, strict=True))}
-    rates = rng.uniform(2.0, 4.0) * np.linalg.svd(slopes(chain, chain.start))[2][n - 1]
+    """The loop with pendulums on its bodies, four to seven bodies in all, and energy enough to go round.
+
+    A pendulum may be geared to the first hinge. A distance is the last of the bars, without mass.
+    """
+    kind = str(rng.choice(chain.closures))
+    n = len(chain.axes) - (kind == "distance")
+    ends, turn = [*chain.places[1:], chain.tip], poses(chain, chain.start)[3]
+    bodies = {f"b{k}": body(rng, chain.places[k], ends[k]) for k in range(n)}
+    rates = rng.uniform(2.0, 4.0) * np.linalg.svd(slopes(chain, chain.start))[2][-1]
     joints = [
         mp.Joint(name=f"j{k}", type="revolute", parent=f"b{k - 1}.tip" if k else "ground", child=f"b{k}",
-                 axis=axis, angle=chain.start[k], rate=rates[k], **({} if k else {"position": chain.places[0]}))
-        for k, axis in enumerate(chain.axes)
+                 position=np.zeros(3) if k else chain.places[0], axis=chain.axes[k], angle=chain.start[k],
+                 rate=rates[k])
+        for k in range(n)
     ]  # fmt: skip
-    for k in range(rng.integers(max(0, 4 - n), most + 1 - n)):
+    if kind in ON_A_BODY:
+        bodies["end"] = body(rng, np.zeros(3), 0.3 * rng.standard_normal(3))
+        speed = poses(chain, chain.start)[1].T @ rates @ turn @ chain.hinge
+        joints.append(mp.Joint(name="end", type="revolute", parent=f"b{n - 1}.tip", child="end", axis=chain.hinge,
+                               rate=-speed))  # fmt: skip
+    closures = [_closure(chain, kind, turn, "end.root" if kind in ON_A_BODY else f"b{n - 1}.tip")]
+    pendulums = rng.integers(max(0, 4 - len(bodies)), most + 1 - len(bodies))
+    for k in range(pendulums):
         bodies[f"p{k}"] = body(rng, np.zeros(3), 0.3 * rng.standard_normal(3))
         joints.append(
             mp.Joint(name=f"h{k}", type="revolute", parent=f"b{rng.integers(n)}.tip", child=f"p{k}",
                      axis=rng.standard_normal(3), rate=rng.uniform(-1, 1))
         )  # fmt: skip
-    return mp.System(
-        bodies=bodies, joints=tuple(joints), closures=(_closure(rng, chain, n),), gravity=rng.standard_normal(3)
-    )
+    if len(chain.gear):
+        closures.append(Coupler(name="gear", factors={f"j{k}": factor for k, factor in enumerate(chain.gear[0])}))
+    elif pendulums and rng.random() < 0.3:
+        closures.append(Coupler(name="gear", factors={"j0": rng.uniform(0.5, 2.0), "h0": 1.0}))
+    return mp.System(bodies=bodies, joints=tuple(joints), closures=tuple(closures), gravity=rng.standard_normal(3))
 
 
-def _closure(rng, chain, n):
-    kind, normal = str(rng.choice(chain.closures)), chain.axes[-1]
-    ends = {"a": "ground", "b": f"b{n - 1}.tip", "position": chain.target}
-    if kind == "position":
-        return Closure(name="pin", type=kind, path=tuple(chain.target), a="ground", b=f"b{n - 1}.tip")
-    if kind in ("point_on_plane", "point_on_line", "cylindrical") and len(chain.rows) == 1:
-        axis = chain.rows[0] if kind == "point_on_plane" else np.cross(normal, chain.rows[0])
-        kind = "point_on_line" if kind == "cylindrical" else kind
-        return Closure(name="pin", type=kind, axis=axis, **ends)
-    return closure_of(name="pin", type=kind, axis=normal, second_axis=np.cross(normal, [0.3, -0.5, 0.8]), **ends)
+def _closure(chain, kind, turn, end):
+    axis = turn @ chain.hinge
+    if kind in ("prismatic", "planar", "point_on_line", "point_on_plane") and len(chain.rows) == 1:
+        axis = chain.rows[0] if kind in ("planar", "point_on_plane") else np.cross(chain.hinge, chain.rows[0])
+    place = {"path": tuple(chain.target)} if kind == "position" else {"position": chain.target}
+    return closure_of(
+        name="pin", type=kind, a="ground", b=end, axis=axis, rotation=turn,
+        second_axis=np.cross(chain.hinge, [0.3, -0.5, 0.8]), length=np.linalg.norm(chain.tip - chain.places[-1]),
+        **place,
+    )  # fmt: skip

@@ -37,7 +37,7 @@ class Loops:
     arrays, work, trial
         For the functions of `constraints` and `projection`.
     notes : list of str
-        After `assemble`: what was moved to close the loops, and which conditions are redundant.
+        After `assemble`.
 
     Examples
     --------
@@ -65,7 +65,8 @@ class Loops:
         self.arrays = self.closing.arrays
         self.work, self.trial = constraint_work(self.arrays, packed, self.closing.value), packed.data()
         self.faces, self.kept = rows(FACE, self._faces()), self._kept()
-        self.notes: list[str] = []
+        self._moved: list[str] = []
+        self._redundant: list[str] = []
         for k, closure in enumerate(system.closures):
             self.activate(k, closure.active)
 
@@ -124,18 +125,23 @@ class Loops:
             When a loop cannot be closed; the sentence names the closure and its gap. When a joint is moved farther than
             `reach` of the closures; the sentence names it and what it is moved by.
         """
-        self.notes.clear()
         found, hinge, closing = np.empty_like(y), np.empty(self.packed.nu), self.closing
         given = self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, self.faces, self.kept, hinge
         if not projection.assemble(*given, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
         self._refuse_no_distance()
+        self._moved = []
         if np.abs(found - y).max() > MOVED:
             self._to_nearest_turn(y, found)
             self._refuse_far(y, found)
             self._note_moved(y, found)
-        self._note_redundant()
+        self.note_redundant(self.redundant)
         return found
+
+    @property
+    def notes(self) -> list[str]:
+        """What was moved to close the loops, and which conditions are redundant."""
+        return [*self._moved, *self._redundant]
 
     def _refuse_no_distance(self) -> None:
         """Refuse distances that are zero as at the start: they have no direction."""
@@ -241,15 +247,20 @@ class Loops:
                 unit = "rad" if self.packed.turns(i) else "m"
                 moved.append(f"{link.joint.name} from {before[x]:.6g} to {after[x]:.6g} {unit}")
         if moved:
-            self.notes.append(f"closing the loops moved {', '.join(moved)}")
+            self._moved = [f"closing the loops moved {', '.join(moved)}"]
 
-    def _note_redundant(self) -> None:
-        """Name the rows that the factorisation left out, by closure."""
-        left = np.setdiff1d(np.flatnonzero(self.holding), self.work.order[: self.work.rank[0]])
+    @property
+    def redundant(self) -> np.ndarray:
+        """Rows that the last factorisation left out (k,)."""
+        return np.setdiff1d(np.flatnonzero(self.holding), self.work.order[: self.work.rank[0]])
+
+    def note_redundant(self, left: np.ndarray) -> None:
+        """Note rows (k,) that are redundant, by closure."""
+        self._redundant = []
         for k, closure in enumerate(self.system.closures):
             names = [self.closing.rows[i].stops for i in left if self.closing.rows[i].closure == k]
             if names:
-                self.notes.append(
+                self._redundant.append(
                     f"closure {closure.name!r}: {', '.join(names)} {'is' if len(names) == 1 else 'are'} already "
                     "stopped by other joints; the forces there are not determined and reported as zero"
                 )

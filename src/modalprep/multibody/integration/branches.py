@@ -7,6 +7,7 @@ has one direction more there, and tangents of the branches are its motions d for
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -136,21 +137,21 @@ class Course:
             return None
         apart, tangents = 0.0, None
         if self.packed.nu > self.rank:
-            bend = self._bend(y, s, here)
+            bend = self.bend_at(y, s, here)
             gap = abs(here.rows @ self._gap(y, s))
             apart = float(np.sqrt(2 * gap / max(np.abs(bend).max(), 1e-300)))
-            tangents = None if self._driven else _tangents(here.null, bend)
+            tangents = None if self.driven else tangents_of(here.null, bend)
         row = int(np.argmax(np.abs(here.rows)))
-        return Crossing(self.begin + (s + moved) * self.h, row, apart, *self._kept(tangents))
+        return Crossing(self.begin + (s + moved) * self.h, row, apart, *self.kept_of(tangents))
 
     def _solve(self, y: np.ndarray, s: float) -> float | None:
         """Bring the state y near a change point there; returns the further share of the step, None where it fails."""
         total, limit = np.zeros(self.packed.nu), 1.0 + np.linalg.norm(self.ends[1] - self.ends[0])
         for _ in range(MOST_SOLUTIONS):
             here = self._singular(y, s)
-            slope = here.rows @ self._jacobian(y, s) @ here.null
+            slope = here.rows @ self.jacobian(y, s) @ here.null
             step = -here.inverse @ self._gap(y, s) - here.null @ (
-                np.linalg.pinv(self._bend(y, s, here), FLAT, hermitian=True) @ slope
+                np.linalg.pinv(self.bend_at(y, s, here), FLAT, hermitian=True) @ slope
             )
             total += step
             move(self.model, y, step, y)
@@ -161,17 +162,17 @@ class Course:
                 break
         return None
 
-    def _kept(self, tangents: list[np.ndarray] | None) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
-        """Return the tangent that the motion keeps, the other one, and whether it went from one to the other."""
+    def kept_of(self, tangents: list[np.ndarray] | None) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
+        """Return the tangent that the motion came along, the other one, and whether it went on along this."""
         if tangents is None:
             return None, None, False
-        before, after = (_along(tangents, y[self.nx :]) for y in self.ends)
+        before, after = (along(tangents, y[self.nx :]) for y in self.ends)
         left = before * after < 0.0 and min(abs(before), abs(after)) > CLEARLY
         one, two = tangents if before > 0.0 else tangents[::-1]
         return one, two, bool(left)
 
     @property
-    def _driven(self) -> bool:
+    def driven(self) -> bool:
         """Whether the loops move by themselves: then their branches are not those of the joints alone."""
         return bool((self.loops.arrays.rows["table"] >= 0).any() or (self.model.links["joint"] == PRESCRIBED).any())
 
@@ -179,7 +180,7 @@ class Course:
         t = self.begin + s * self.h
         return self.loading.prescribe(t, self.data), t
 
-    def _jacobian(self, y: np.ndarray, s: float) -> np.ndarray:
+    def jacobian(self, y: np.ndarray, s: float) -> np.ndarray:
         """Return the derivatives of the rows that hold by the speeds (m, nu), lengths by the size of the system."""
         return self.loops.rate_slopes(self.data, y, *self._motion(s)) * self.loops.work.unit[:, None]
 
@@ -194,19 +195,19 @@ class Course:
         return self._singular(self.state(s), s)
 
     def _singular(self, y: np.ndarray, s: float) -> Singular:
-        u, sizes, v = np.linalg.svd(self._jacobian(y, s))
+        u, sizes, v = np.linalg.svd(self.jacobian(y, s))
         k = self.rank - 1
         inverse = v[:k].T @ (u[:, :k] / sizes[:k]).T
         return Singular(sizes[k] / sizes[0], u[:, k], v[k], v[k:].T, inverse)
 
-    def _bend(self, y: np.ndarray, s: float, here: Singular) -> np.ndarray:
+    def bend_at(self, y: np.ndarray, s: float, here: Singular) -> np.ndarray:
         """Return ``w^T G'(d) e`` for all motions d, e of the null space."""
         found = []
         for d in here.null.T:
             ends = [y.copy(), y.copy()]
             for end, shift in zip(ends, (SHIFT, -SHIFT), strict=True):
                 move(self.model, end, shift * d, end)
-            one, two = (here.rows @ self._jacobian(end, s) for end in ends)
+            one, two = (here.rows @ self.jacobian(end, s) for end in ends)
             found.append((one - two) @ here.null / (2 * SHIFT))
         return (np.array(found) + np.array(found).T) / 2
 
@@ -216,7 +217,7 @@ def _same(one: Singular, two: Singular) -> float:
     return float((one.rows @ two.rows) * (one.speeds @ two.speeds))
 
 
-def _tangents(null: np.ndarray, bend: np.ndarray) -> list[np.ndarray] | None:
+def tangents_of(null: np.ndarray, bend: np.ndarray) -> list[np.ndarray] | None:
     """Return the two motions d of a null space for which ``d^T bend d = 0``; None where there are not just two.
 
     Motions that do not bend, of bodies beside the loops, are left out.
@@ -230,7 +231,7 @@ def _tangents(null: np.ndarray, bend: np.ndarray) -> list[np.ndarray] | None:
     return [d / np.linalg.norm(d) for d in (pair[0] + pair[1], pair[0] - pair[1])]
 
 
-def _along(tangents: list[np.ndarray], speeds: np.ndarray) -> float:
+def along(tangents: Sequence[np.ndarray], speeds: np.ndarray) -> float:
     """Return by how much speeds are more along the first of two tangents, by their cosines in the plane of both."""
     plane = np.linalg.qr(np.column_stack(tangents))[0]
     own = plane.T @ speeds

@@ -6,13 +6,15 @@ import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.integration.branches import Course, Crossing
+from modalprep.multibody.integration.branches import Course, Crossing, along
+from modalprep.multibody.integration.branching_start import NEITHER, Start
 from modalprep.multibody.integration.stepping import Run
 
 MOST = 8  # change points that are looked at; then a run no longer looks for them
 MOST_LOOKS = 2000  # steps that are looked at
 EXACT = 1e-6  # rad or m between branches that meet, lengths and angles having sixteen digits
 SMALL = 1e-3  # share of a tangent that is not told
+BEGIN = 1e-6  # of the time that was reached: a change point there is that of the start
 
 
 class ChangePoints:
@@ -20,11 +22,13 @@ class ChangePoints:
 
     Attributes
     ----------
+    start : Start or None
+        That at which the run starts.
     passed : list of Crossing
     """
 
-    def __init__(self, loading: Loading) -> None:
-        self.loading, self.looks = loading, 0
+    def __init__(self, loading: Loading, start: Start | None) -> None:
+        self.loading, self.start, self.looks = loading, start, 0
         self.passed: list[Crossing] = []
         self._before: Course | None = None
 
@@ -38,8 +42,12 @@ class ChangePoints:
         """
         self.looks += 1
         before, course = self._before, Course.of(self.loading, run, self._before)
+        if self.start and self.looks == 1:
+            self._leave(self.start, course)
         self._before, gap = course, None if before is None else course.between(before)
         for crossing in [*([] if gap is None else gap.crossings()), *course.crossings()]:
+            if self.start and crossing.time <= BEGIN * course.end:
+                continue
             if crossing.left:
                 raise SimulationError(
                     f"simulation stopped at t = {crossing.time:.6g} s: at a change point of the closed loops the step "
@@ -49,11 +57,31 @@ class ChangePoints:
         return len(self.passed) < MOST and self.looks < MOST_LOOKS
 
     def notes(self) -> list[str]:
-        """Return one sentence on the change points that were passed, if any."""
-        if not self.passed:
-            return []
+        """Return a sentence on the change point of the start and one on those that were passed, if any."""
+        said = [] if self.start is None else [self._start_note(self.start)]
+        return [*said, self._passed_note()] if self.passed else said
+
+    def _start_note(self, start: Start) -> str:
+        text = f"the run starts at a change point, where closure {self._closure(start.row)!r} loses a condition and "
+        if start.kept is None:
+            return f"{text}may go on in several ways, or in none; start beside it to choose"
+        ways = self._ratios(start.kept), self._ratios(start.other)
+        text += "branches of the motion cross; "
+        if self.looks == 0:
+            return f"{text}it stays there, and may leave it along {ways[0]} or along {ways[1]}"
+        text += f"it goes on along {ways[0]}, and not along the other branch, {ways[1]}; start speeds choose a branch"
+        if start.share > NEITHER:
+            text += f"; those that belong to neither, {start.share:.2g} of the kinetic energy, were taken off"
+        return text
+
+    def _leave(self, start: Start, course: Course) -> None:
+        """See by the first step which branch the run goes along."""
+        if start.kept is not None and along((start.kept, start.other), course.ends[1][course.nx :]) < 0.0:
+            self.start = start._replace(kept=start.other, other=start.kept)
+
+    def _passed_note(self) -> str:
         first, more = self.passed[0], [f"{point.time:.6g}" for point in self.passed[1:]]
-        text = f"at t = {first.time:.6g} s the loops pass a change point, where closure {self._closure(first)!r} "
+        text = f"at t = {first.time:.6g} s the loops pass a change point, where closure {self._closure(first.row)!r} "
         text += "loses a condition and branches of the motion cross"
         if first.apart > EXACT:
             text += f", but for {first.apart:.1g} (rad or m) by which lengths or angles differ from those that do"
@@ -64,11 +92,10 @@ class ChangePoints:
             text += f"; so it does at t = {', '.join(more)} s"
         if len(self.passed) >= MOST or self.looks >= MOST_LOOKS:
             text += "; later change points were not looked for"
-        return [text]
+        return text
 
-    def _closure(self, crossing: Crossing) -> str:
-        row = self.loading.loops.closing.rows[crossing.row]
-        return self.loading.system.closures[row.closure].name
+    def _closure(self, row: int) -> str:
+        return self.loading.system.closures[self.loading.loops.closing.rows[row].closure].name
 
     def _ratios(self, tangent: np.ndarray) -> str:
         """Return the speeds of joints and modes along a tangent, as shares of the largest."""

@@ -16,6 +16,7 @@ from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration import driver
+from modalprep.multibody.integration.branching_start import branching_start
 from modalprep.multibody.integration.change_points import ChangePoints
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.integration.endless import Forecast, refuse_endless
@@ -84,11 +85,12 @@ class Integration:
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
         self.observer = observer
-        data = packed.data()
+        data, start = packed.data(), None
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
             y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(0.0, data))
+            start = branching_start(loading, y[:-1])
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
@@ -109,7 +111,7 @@ class Integration:
             if pointer:
                 self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
-        self.change_points = ChangePoints(loading)
+        self.change_points = ChangePoints(loading, start)
         self.watch.branches[0] = loading.loops is not None
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
         self.forecast = Forecast()

@@ -28,7 +28,9 @@ from modalprep.multibody.kernels.algebra.tuples import at
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
 TIES = 1.0 - 1e-9  # of rows that are left as much as the most mobile one, the first
-VANISHED = 0.1  # of its usual mobility: a row that has less is about to lose its direction by itself, at a dead point
+# Of its usual mobility: a row that has less is about to lose its direction by itself, at a dead point. With a tenth
+# fine steps come too near to one: Goldberg's linkage at 1e-9 was 3e-6 rad off. With one, Bennett's takes half more.
+VANISHED = 0.3
 TAKEN, FIXED = -1e303, -1e302  # in place of what is left of a row: it is in the factor; it cannot move
 
 
