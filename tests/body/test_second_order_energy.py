@@ -29,7 +29,12 @@ WOOD = mp.fe.Orthotropic3D(**MODULI, rho=1.0)
 TAPER = tuple(
     (x, f * BOX.A, f**3 * BOX.Iy, f * BOX.Iz, f**2 * BOX.J, 0.0) for x, f in ((0.0, 2.0), (0.4, 1.2), (1.0, 0.8))
 )
-DATA = {"beam on a hinge": {"pins": np.array([[0.0] * 10 + [1.0, 1.0]])}}
+ARMS = np.array([[[0.1, 0.2, 0.3], [0.0, -0.1, 0.4], [np.nan] * 3, [np.nan] * 3]])  # from two nodes of a shell to beams
+DATA = {
+    "beam on a hinge": {"pins": np.array([[0.0] * 10 + [1.0, 1.0]])},
+    "quad under a beam": {"beam_arm": ARMS},
+    "eccentric triangle under a beam": {"beam_arm": ARMS[:, :3]},
+}
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
 CURVED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [0.5, 0, 0.1], [1.0, 0.5, 0.15], [0.5, 0.5, 0.2]])
 BENT = np.vstack([LINE, [0.4, 0.2, -0.2]])
@@ -80,6 +85,8 @@ ELEMENTS = {
     "eccentric quad": shell("quad", offset=0.2),
     "laminated quad": shell("quad", material=None, thickness=0.0, plies=PLIES),
     "triangle": shell("triangle"),
+    "quad under a beam": shell("quad"),
+    "eccentric triangle under a beam": shell("triangle", offset=0.1),
     "triangle of constant strain": shell("triangle", membrane="cst"),
     "laminated triangle": shell("triangle", material=None, thickness=0.0, plies=PLIES, offset=-0.1),
     "curved triangle": curved(),

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
+from modalprep.fe.assembly.beam_arms import with_beam_arms
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.model import FEModel
@@ -103,7 +104,7 @@ def assemble(
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
     refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
-    parts, more = _without_unused_inertia(mesh, parts)
+    parts, more = _without_unused_inertia(mesh, with_beam_arms(mesh, parts))
     dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()))
     placed = place(mesh, interfaces, nodes, at, dof, held)
     more += [*placed.notes, *hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]

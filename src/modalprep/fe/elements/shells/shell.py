@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from modalprep.fe.elements.arms import RotatingArms, mass_arms, nodal_arms, section_arms
+from modalprep.fe.elements.arms import RotatingArms, mass_arms, nodal_arms, node_transformation, section_arms
 from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.kernels import in_threads
 from modalprep.fe.elements.mass import MassObjects, NodalFunctions
@@ -35,6 +35,7 @@ from modalprep.fe.elements.shells.laminate import (
 )
 from modalprep.fe.elements.shells.second_order import STIFFNESS_DEGREE, ShellInside
 from modalprep.fe.elements.shells.thickness import thickness_ratio
+from modalprep.fe.elements.shells.yielding import yielding_map, yielding_nodes
 from modalprep.fe.mesh.reference_cells import NODES
 from modalprep.fe.properties.properties import Shell
 
@@ -65,6 +66,8 @@ class ShellBlock(ShellInside):
         From e1 to axis 1 of the material, rad.
     ratio : (ne, n) or None
         Thickness at the nodes over that of the section, where the mesh prescribes it.
+    yields : (ne, n) bool or None
+        Where the drilling rotation yields to eccentric beams (`yielding`); None where it does nowhere.
     """
 
     alike = (2,)
@@ -80,12 +83,14 @@ class ShellBlock(ShellInside):
     offset: np.ndarray
     angle: np.ndarray
     ratio: np.ndarray | None = None
+    yields: np.ndarray | None = None
 
     @classmethod
     def build(cls, kind, points, nodes, section, data, origin) -> ShellBlock:
         """Take the elements ``nodes (ne, n)`` at ``points (k, 3)`` (mesh axes); `origin` is the model's origin.
 
-        `data` may override ``axis (ne, 3)``, ``angle (ne,)``, ``offset (ne,)`` and the thickness.
+        `data` may override ``axis (ne, 3)``, ``angle (ne,)``, ``offset (ne,)`` and the thickness, and give the arms of
+        beams, ``beam_arm (ne, n, 3)``.
 
         Raises
         ------
@@ -101,7 +106,11 @@ class ShellBlock(ShellInside):
         height = offset[:, None] - local[..., 2]
         angle = material_angle(corners, frame, section, data)
         ratio = thickness_ratio(kind, section, data, len(nodes))
-        return cls(kind, section, nodes, frame, centre - origin, local[..., :2].copy(), height, offset, angle, ratio)
+        xy, yields = local[..., :2].copy(), None
+        if "beam_arm" in data:
+            yields = yielding_nodes(data["beam_arm"], frame[:, 2], offset, xy)
+            yields = yields if yields.any() else None
+        return cls(kind, section, nodes, frame, centre - origin, xy, height, offset, angle, ratio, yields)
 
     @cached_property
     def arm(self) -> np.ndarray:
@@ -160,7 +169,23 @@ class ShellBlock(ShellInside):
         nq, ns = len(at.weight), 5 + self.row_moduli.plane.shape[1]
         B, dx = np.empty((ne, nq, ns, 6 * n)), np.empty((ne, nq))
         in_threads(strain_rows, ne, self._geometry, self.row_moduli, self._optimal, own, at, B, dx)
+        if self.yields is not None:
+            some, felt = self._felt
+            B[some] = B[some] @ felt[:, None]
         return B, dx
+
+    @cached_property
+    def _felt(self) -> tuple[np.ndarray, np.ndarray]:
+        """Elements whose drilling rotations yield (k,), and what they feel per nodal DOF, mesh axes (k, 6n, 6n)."""
+        some = np.flatnonzero(self.yields.any(axis=1))
+        ends = node_transformation(self.frame[some], self.arm[some])
+        return some, np.linalg.solve(ends, yielding_map(self.kind, self.xy[some], self.yields[some]) @ ends)
+
+    def _straining(self) -> np.ndarray:
+        straining = super()._straining()
+        if self.yields is None:
+            return straining
+        return yielding_map(self.kind, self.xy, self.yields) @ straining
 
     @property
     def _optimal(self) -> bool:
@@ -185,6 +210,9 @@ class ShellBlock(ShellInside):
         ne, n = self.nodes.shape
         K, at = np.empty((ne, 6 * n, 6 * n)), rule(self.kind, STIFFNESS_DEGREE[self.kind])
         in_threads(stiffness, ne, self._geometry, self.row_moduli, self._optimal, at, K)
+        if self.yields is not None:
+            some, felt = self._felt
+            K[some] = felt.transpose(0, 2, 1) @ K[some] @ felt
         return K
 
     def forces(self, d: np.ndarray) -> np.ndarray:
@@ -209,8 +237,8 @@ class ShellBlock(ShellInside):
     def piece(self, some: slice | np.ndarray) -> ShellBlock:
         """Return the block of `some` of the elements."""
         names = ("nodes", "frame", "centre", "xy", "height", "offset", "angle")
-        ratio = None if self.ratio is None else self.ratio[some]
-        return replace(self, ratio=ratio, **{name: getattr(self, name)[some] for name in names})
+        ratio, yields = (None if x is None else x[some] for x in (self.ratio, self.yields))
+        return replace(self, ratio=ratio, yields=yields, **{name: getattr(self, name)[some] for name in names})
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1: samples of the mid-surface, and of the thickness."""
