@@ -97,6 +97,11 @@ def test_rbe3_on_a_line_cannot_carry_rotation():
         placed("rbe3", np.array([[0, 0, 0.0], [1, 0, 0], [2, 0, 0]])).rows  # noqa: B018
 
 
+def test_the_nodes_of_an_rbe3_have_equal_weights_by_default():
+    assert Link(kind="rbe3", node=0, nodes=np.array([1, 2, 3])).weights.tolist() == [1.0, 1.0, 1.0]
+    assert len(Link(kind="rbe2", node=0, nodes=np.array([1, 2, 3])).weights) == 0
+
+
 def test_mass_on_an_rbe3_adds_its_inertia():
     """Two cantilevers side by side carry a mass between their tips by an rbe3: rigid mass matrix of the whole."""
     line = beam_mesh(4)

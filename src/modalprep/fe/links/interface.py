@@ -167,7 +167,7 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
         points.append(interface_position(mesh, name, spec, nodes)[None])
         groups[name] = {"vertex": np.array([len(vertices)])}
         vertices = np.concatenate([vertices, [[node]]])
-        links.append(Link(kind=spec.kind, node=node, nodes=nodes, weights=np.ones(len(nodes))))
+        links.append(Link(kind=spec.kind, node=node, nodes=nodes))
     cells = {**mesh.cells, "vertex": vertices} if len(vertices) else mesh.cells
     return mesh.with_(points=np.concatenate(points), cells=cells, groups=groups, links=tuple(links))
 

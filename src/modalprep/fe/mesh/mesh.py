@@ -30,7 +30,7 @@ class Link(Record):
     components : (6,) or (k, 6) bool
         rbe2: which DOFs of `nodes` follow, of all or of each. rbe3: which DOFs (6,) of `node` follow.
     weights : (k,) float
-        rbe3 only.
+        rbe3 only; equal ones by default.
     axes : (k, 3, 3) or (0, 3, 3)
         Rows e1, e2, e3 of the components at each node that follows (of an rbe3 one, at `node`); empty: mesh axes.
     """
@@ -41,6 +41,12 @@ class Link(Record):
     components: np.ndarray = field(default_factory=lambda: np.ones(6, dtype=bool))
     weights: np.ndarray = field(default_factory=lambda: np.zeros(0))
     axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+
+    def __post_init__(self) -> None:
+        """Let the nodes of an rbe3 without weights have equal ones."""
+        if self.kind == "rbe3" and not len(self.weights):
+            object.__setattr__(self, "weights", np.ones(len(self.nodes)))
+        super().__post_init__()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -113,7 +113,7 @@ def distributing(deck: Deck, block: Block) -> None:
     _refuse_axes(block, mask)
     if block.choice("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         block.refuse(f"has WEIGHTING METHOD={block.options['WEIGHTING METHOD']}; only UNIFORM is read")
-    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask, weights=np.ones(len(tied))))
+    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask))
 
 
 def mean_terms(deck: Deck, link: Link) -> Iterator[list[tuple[int, int, float]]]:
