@@ -63,11 +63,12 @@ def test_a_cart_without_mass_is_as_accurate_as_the_tolerance(rtol):
     assert run.stats["energy_error"] < 3 * rtol
 
 
-@pytest.mark.parametrize("method", ["rosenbrock", "generalised_alpha"])
-def test_a_method_of_low_order_says_that_it_does_not_follow(method):
-    """So close to no mass the implicit methods of order 2 and 3 need far more steps."""
-    rtol = 1e-5
+@pytest.mark.parametrize(
+    ("method", "rtol"), [("rosenbrock", 1e-5), *(("generalised_alpha", 10.0**-k) for k in (2, 3, 4, 5))]
+)
+def test_a_method_of_low_order_says_that_it_does_not_follow(method, rtol):
+    """So close to no mass the implicit methods of order 2 and 3 need far more steps: the motion is 9 to 70 rtol off."""
     run = light_cart(method=method, rtol=rtol)
-    assert run.stats["energy_error"] > 10 * rtol
+    assert run.stats["energy_error"] > 3 * rtol
     (note,) = run.notes
     assert "lower rtol until they no longer change" in note

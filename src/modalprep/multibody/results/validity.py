@@ -15,7 +15,7 @@ TURNED = 0.3  # rad, within a body: what is there moves 1.7 % too far, as the si
 LOOKED_AT = 200  # times of the largest bounds, at which the displacement of every node is computed
 AUDIT = 1000  # times rtol: a balance that is worse fails the run; most are better than rtol
 MOMENTUM = 100  # likewise of momenta, which all methods keep exactly, but not free flight in other variables
-TOLD = 10  # times rtol: a balance that is worse is told
+TOLD = 3  # times rtol: a balance that is worse is told, as then the motion may be off by ten times rtol and more
 WORST = 0.1  # whatever rtol
 ROUND_OFF = 1e-9  # of the energies themselves
 STILL = 1e-6  # m/s: the energy of this speed counts as none
@@ -139,7 +139,7 @@ def _worse(times: float, rtol: float) -> str:
 
 
 def imbalance(run: Result, rtol: float, mass: float) -> tuple[str, ...]:
-    """Return the note on an energy that balances worse than ten times the tolerance; arguments as `failures`.
+    """Return the note on an energy that balances worse than three times the tolerance; arguments as `failures`.
 
     Examples
     --------
