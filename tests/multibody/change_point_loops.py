@@ -55,13 +55,15 @@ def _turned(axis, angle):
     return c * np.eye(3) + (1 - c) * np.outer(axis, axis) + s * np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def gap(chain, angles):
-    return np.append(chain.rows @ (poses(chain, angles)[2] - chain.target), chain.gear @ angles)
+def conditions(chain, angles):
+    """Return the gaps (k,) and their derivatives by the angles (k, n)."""
+    places, axes, tip, _ = poses(chain, angles)
+    gap = np.append(chain.rows @ (tip - chain.target), chain.gear @ angles)
+    return gap, np.vstack([chain.rows @ np.cross(axes, tip - places).T, chain.gear])
 
 
 def slopes(chain, angles):
-    places, axes, tip, _ = poses(chain, angles)
-    return np.vstack([chain.rows @ np.cross(axes, tip - places).T, chain.gear])
+    return conditions(chain, angles)[1]
 
 
 def branch(chain, along, length):
@@ -72,7 +74,8 @@ def branch(chain, along, length):
     while length > 0.0:
         further = q + ARC * tangent
         for _ in range(2):
-            further = further - _inverse(slopes(chain, further)) @ gap(chain, further)
+            gap, slope = conditions(chain, further)
+            further = further - _inverse(slope) @ gap
         tangent, before = (further - q) / np.linalg.norm(further - q), q
         if len(found) > 1:  # the parabola through three points
             tangent = 1.5 * tangent - 0.5 * (before - found[-2]) / np.linalg.norm(before - found[-2])
@@ -200,9 +203,8 @@ def folded_slider(rng):
 def closed(rng, chain):
     """A chain with start angles of a closed position that is not near a change point; None where none is found."""
     for _ in range(100):
-        found = least_squares(
-            lambda q: gap(chain, q), rng.uniform(-np.pi, np.pi, len(chain.axes)), xtol=1e-15, ftol=1e-15, gtol=1e-15
-        )
+        start = rng.uniform(-np.pi, np.pi, len(chain.axes))
+        found = least_squares(lambda q: conditions(chain, q)[0], start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
         sizes = np.linalg.svd(slopes(chain, found.x))[1]
         if np.abs(found.fun).max() < 1e-13 and sizes[len(chain.axes) - 2] > 0.15 * sizes[0]:
             return chain._replace(start=found.x)

@@ -30,6 +30,13 @@ SHIFT = 1e-4  # rad or m, of differences
 CLEARLY = 0.2  # difference of cosines: a motion goes along one tangent, not the other
 
 
+class Regular(NamedTuple):
+    """Of the Jacobian G away from change points: its rank, and its largest singular value."""
+
+    rank: int
+    size: float
+
+
 class Singular(NamedTuple):
     """The least singular value that should not be zero, relative to the largest, and the vectors about it."""
 
@@ -57,26 +64,29 @@ class Crossing(NamedTuple):
 class Course:
     """The motion in a step, or a few: the cubic through both ends and their rates; `before` is the one before."""
 
-    def __init__(self, loading: Loading, times: tuple[float, float], ends: tuple, before: Course | None = None) -> None:
+    def __init__(
+        self, loading: Loading, times: tuple[float, float], ends: tuple, regular: Regular, before: Course | None = None
+    ) -> None:
         self.loading, self.loops, self.packed = loading, loading.loops, loading.packed
         self.model, self.data, self.nx = self.packed.model, self.packed.data(), self.packed.nx
         self.begin, self.end = times
         self.ends, self.h = ends, self.end - self.begin
-        self.rank = int(self.loops.work.held[0])
+        self.rank, self.size = regular
         if before is not None and before.end == self.begin and before.rank == self.rank:
             self.first = before.last
 
     @classmethod
-    def of(cls, loading: Loading, run: Run, before: Course | None) -> Course:
+    def of(cls, loading: Loading, run: Run, regular: Regular, before: Course | None) -> Course:
         """Return that of the last step of a run."""
         times = float(run.clock[0].begin), float(run.clock[0].time)
-        return cls(loading, times, (run.old[:-1].copy(), run.y[:-1].copy()), before)
+        return cls(loading, times, (run.old[:-1].copy(), run.y[:-1].copy()), regular, before)
 
     def between(self, before: Course) -> Course | None:
         """Return the course from an earlier one to this; None where the loops are not at the same singular position."""
         if not before.end < self.begin or max(before.last.value, self.first.value) > DEEP or before.rank != self.rank:
             return None
-        return Course(self.loading, (before.end, self.begin), (before.ends[1], self.ends[0]), before)
+        times, ends = (before.end, self.begin), (before.ends[1], self.ends[0])
+        return Course(self.loading, times, ends, Regular(self.rank, self.size), before)
 
     @cached_property
     def first(self) -> Singular:
@@ -87,6 +97,11 @@ class Course:
     def last(self) -> Singular:
         """The singular value at the end of the step."""
         return self._at(1.0)
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest singular value at the begin of the step."""
+        return float(np.linalg.norm(self.jacobian(self.state(0.0), 0.0), 2))
 
     @cached_property
     def _rates(self) -> list[np.ndarray]:
@@ -115,7 +130,10 @@ class Course:
         shares = np.linspace(0, 1, PARTS + 1)
         each = [self._at(s) for s in shares]
         pairs = zip(shares[:-1], shares[1:], each[:-1], each[1:], strict=True)
-        return [(a, b) for a, b, one, two in pairs if _same(one, two) < -SURE]
+        found = [(a, b) for a, b, one, two in pairs if _same(one, two) < -SURE]
+        if not found and max(self.first.value, self.last.value) < DEEP and _same(self.first, self.last) < -SURE:
+            return [(0.0, 1.0)]  # it turns little by little where round-off leads past beside the change point
+        return found
 
     def _crossing(self, a: float, b: float) -> Crossing | None:
         """Return the change point in a part of the step; None where there is none."""
@@ -196,9 +214,9 @@ class Course:
 
     def _singular(self, y: np.ndarray, s: float) -> Singular:
         u, sizes, v = np.linalg.svd(self.jacobian(y, s))
-        k = self.rank - 1
+        k = max(self.rank, 1) - 1
         inverse = v[:k].T @ (u[:, :k] / sizes[:k]).T
-        return Singular(sizes[k] / sizes[0], u[:, k], v[k], v[k:].T, inverse)
+        return Singular(sizes[k] / max(sizes[0], self.size), u[:, k], v[k], v[k:].T, inverse)
 
     def bend_at(self, y: np.ndarray, s: float, here: Singular) -> np.ndarray:
         """Return ``w^T G'(d) e`` for all motions d, e of the null space."""

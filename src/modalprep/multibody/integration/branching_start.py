@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.integration.branches import FLAT, SHIFT, ZERO, Course, Singular, tangents_of
+from modalprep.multibody.integration.branches import FLAT, SHIFT, ZERO, Course, Regular, Singular, tangents_of
 from modalprep.multibody.kernels.articulated_body import outward
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
@@ -40,7 +40,7 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     left = loading.loops.redundant
     if left.size == 0:
         return None
-    course = Course(loading, (0.0, 0.0), (y, y))
+    course = Course(loading, (0.0, 0.0), (y, y), Regular(0, 0.0))
     u, sizes, v = np.linalg.svd(course.jacobian(y, 0.0))
     k = np.count_nonzero(sizes > ZERO * sizes.max(initial=0.0))
     lost, null = u[:, k:], v[k:].T

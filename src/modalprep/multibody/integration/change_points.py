@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.integration.branches import Course, Crossing, along
+from modalprep.multibody.integration.branches import Course, Crossing, Regular, along
 from modalprep.multibody.integration.branching_start import NEITHER, Start
 from modalprep.multibody.integration.stepping import Run
 
@@ -18,7 +20,7 @@ BEGIN = 1e-6  # of the time that was reached: a change point there is that of th
 
 
 class ChangePoints:
-    """Those of one run.
+    """Those of one run from a closed state y (nx + nu + 1,).
 
     Attributes
     ----------
@@ -27,10 +29,13 @@ class ChangePoints:
     passed : list of Crossing
     """
 
-    def __init__(self, loading: Loading, start: Start | None) -> None:
+    def __init__(self, loading: Loading, start: Start | None, y: np.ndarray) -> None:
         self.loading, self.start, self.looks = loading, start, 0
         self.passed: list[Crossing] = []
         self._before: Course | None = None
+        loops, self._y = loading.loops, y[:-1]
+        self._holding = 0 if loops is None else np.count_nonzero(loops.holding)
+        self._rank = 0 if loops is None else int(loops.work.rank[0])
 
     def look(self, run: Run) -> bool:
         """Look at the last step, one that came near a singular position; returns whether to go on with looking.
@@ -41,7 +46,7 @@ class ChangePoints:
             When the step went from one branch of the motion to another.
         """
         self.looks += 1
-        before, course = self._before, Course.of(self.loading, run, self._before)
+        before, course = self._before, Course.of(self.loading, run, self._regular(), self._before)
         if self.start and self.looks == 1:
             self._leave(self.start, course)
         self._before, gap = course, None if before is None else course.between(before)
@@ -55,6 +60,19 @@ class ChangePoints:
                 )
             self.passed.append(crossing)
         return len(self.passed) < MOST and self.looks < MOST_LOOKS
+
+    @cached_property
+    def _size(self) -> float:
+        return Course(self.loading, (0.0, 0.0), (self._y, self._y), Regular(0, 0.0)).largest
+
+    def _regular(self) -> Regular:
+        """Return what the rows are, also where the last state is so near a change point that it has lost one."""
+        loops = self.loading.loops
+        holding = np.count_nonzero(loops.holding)
+        if holding != self._holding:  # after an event
+            self._holding, self._rank = holding, 0
+        self._rank = max(self._rank, int(loops.work.held[0]))
+        return Regular(self._rank, self._size)
 
     def notes(self) -> list[str]:
         """Return a sentence on the change point of the start and one on those that were passed, if any."""

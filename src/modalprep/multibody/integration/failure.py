@@ -12,6 +12,7 @@ from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.evaluation.singular import gimbal_lock, without_inertia
 from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
+from modalprep.multibody.kernels.closed_loops.multipliers import DEEP
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.reference.equations import mass_and_force
@@ -82,6 +83,11 @@ def failure(run: Running, t: float) -> SimulationError:
         return SimulationError(
             f"{begin}the mass matrix of body {name!r} is no longer positive, its deflection is too large for its "
             "modes; keep fewer modes, leave out the inertia truncation vectors, or cut the body into smaller ones"
+        )
+    if cause == NOT_CONVERGED and run.loading.loops and run.loading.loops.work.sine[1] < DEEP:
+        return SimulationError(
+            f"{begin}the loops are at a change point, and steps as short as those for rtol = {clock.rtol:g} do not get "
+            "past it by this method: raise rtol, or use method = 'explicit'"
         )
     if cause == NOT_CONVERGED:
         return SimulationError(

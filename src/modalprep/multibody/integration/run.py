@@ -111,7 +111,7 @@ class Integration:
             if pointer:
                 self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
-        self.change_points = ChangePoints(loading, start)
+        self.change_points = ChangePoints(loading, start, y)
         self.watch.branches[0] = loading.loops is not None
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
         self.forecast = Forecast()
