@@ -134,13 +134,14 @@ def test_lengths_that_nearly_make_a_change_point_are_told():
     across, round_the_corner = (mp.simulate(loop, t_end=1.2, rtol=rtol) for rtol in (1e-4, 1e-8))
     apart = re.search(r"a change point.* but for (\S+) \(rad or m\)", across.notes[0])
     assert 1e-5 < float(apart[1]) < 1e-3
-    assert not round_the_corner.notes
+    assert not any("change point" in note for note in round_the_corner.notes)
     assert abs(across["j0.angle"][-1] + across["j1.angle"][-1]) < 1e-6  # as a parallelogram
     assert abs(round_the_corner["j0.angle"][-1] + round_the_corner["j1.angle"][-1]) > 0.1
 
 
 def test_loops_without_change_points_have_no_note():
-    assert not mp.simulate(bars(1.0, 3.0, 2.5, 3.5, 0.7), t_end=2.0, rtol=1e-6).notes
+    notes = mp.simulate(bars(1.0, 3.0, 2.5, 3.5, 0.7), t_end=2.0, rtol=1e-6).notes
+    assert not any("change point" in note for note in notes)
 
 
 def examine(seed, methods):
@@ -158,7 +159,7 @@ def examine(seed, methods):
             assert "change point" in str(run), (family.__name__, seed, method, rtol)
             refused += rtol > 1e-8 or method != "generalised_alpha"
             continue
-        seen += bool(run.notes)
+        seen += any("change point" in note for note in run.notes)
         angles = np.column_stack([run[f"{joint.name}.angle"] for joint in hinges])
         length = 1.0 + np.linalg.norm(np.diff(angles, axis=0), axis=1).sum()
         far = np.inf
