@@ -65,6 +65,16 @@ def test_a_grazed_ceiling_is_hit(over):
     assert run["h.c.position.y"].max() <= 1 + 1e-12
 
 
+@pytest.mark.parametrize("when", ["t - 0.5", lambda t, state: t - 0.5, lambda t, state: t >= 0.5])
+def test_an_impact_at_a_time_happens_once(when):
+    """Time goes on after the impact: the function does not return to the side it came from, as a gap does."""
+    floor = Closure(name="stop", type="point_on_plane", a="ground", b="h.e", axis=[0, 1.0, 0], active=False)
+    hit = mp.Event(name="hit", when=when, impacts=("stop",), restitution=1.0)
+    run = mp.simulate(spinning(1.0).with_(closures=(floor,)), t_end=1.0, events=(hit,))
+    assert run.events["hit"] == pytest.approx([0.5], rel=1e-12)
+    assert run["j.rate"][-1] == pytest.approx(-1.0, rel=1e-12)
+
+
 class TestFunctions:
     """What Python functions may return."""
 

@@ -43,8 +43,6 @@ class EventFunction:
     ----------
     is_condition : bool
         Whether it returned true or false, which count as 1 and -1.
-    of_time : bool
-        Whether it is an expression of time only.
     turns : bool
         Whether it depends on places and velocities of bodies, which turn with them.
     is_unbounded : bool
@@ -54,7 +52,7 @@ class EventFunction:
 
     def __init__(self, event: Event, made: Callable[[str], tuple]) -> None:
         self.event, self.is_condition, self.wraps = event, False, False
-        self.of_time, self.turns, self.is_unbounded = False, True, True
+        self.turns, self.is_unbounded, self._of_time = True, True, False
         if callable(event.when):
             self._values = lambda t, state: [event.when(t, state)]
         else:
@@ -62,7 +60,7 @@ class EventFunction:
             compiled = compile_expressions(known, [value, *_phases(value)])
             self._values = lambda t, state: compiled(numbers(t, state)).tolist()
             names = CHANNEL.findall(event.when)
-            self.of_time, self.is_unbounded = not names, not _is_gentle(value)
+            self._of_time, self.is_unbounded = not names, not _is_gentle(value)
             self.turns = any(TURNING & set(name.split(".")) for name in names)
             self.wraps = any(".rotation." in name for name in names)
 
@@ -75,6 +73,16 @@ class EventFunction:
         if isinstance(value, bool | np.bool_):
             self.is_condition, value = True, 1.0 if value else -1.0
         return [_number(self.event, t, value), *phases]
+
+    def is_of_time(self, t: float) -> bool:
+        """Whether it depends on time only: an expression without channels, or a Python function that needs no state."""
+        if not callable(self.event.when):
+            return self._of_time
+        try:
+            self.event.when(t, None)
+        except Exception:
+            return False
+        return True
 
 
 def event_functions(

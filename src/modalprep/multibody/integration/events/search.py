@@ -111,7 +111,7 @@ class EventSearch:
         self.begin(t)
         for e, sign in self.signs.items():
             if self.armed(e) and self.before.values[e] == values[e]:
-                returns = self.functions[e].event.impacts and not self.functions[e].of_time
+                returns = self.functions[e].event.impacts and not self.functions[e].is_of_time(t)
                 self.before.values[e] = (-sign if returns else sign) * LEFT
                 self.left.add(e)
 
