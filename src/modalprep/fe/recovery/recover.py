@@ -21,6 +21,7 @@ from modalprep.suggest import refuse_unknown
 RecoveryKind = Literal[
     "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration", "displacement"
 ]  # fmt: skip
+KINDS = get_args(RecoveryKind)
 NAMED = ("acceleration", "displacement", "cut")  # kinds that need nodes or elements
 Method = Literal["acceleration", "displacement"]
 Vector = tuple[float, float, float]
@@ -65,6 +66,7 @@ class Recover(NodeSet):
     applies: ClassVar = (
         Rule(("stations",), needs=("kind",), among=("section_force",)),
         Rule(("axis",), needs=("kind",), among=("resultant", "stress")),
+        Rule(("method",), needs=("kind",), among=KINDS[:-2] + KINDS[-1:], advice="accelerations have one"),
     )
     kind: RecoveryKind
     method: Method = "acceleration"
@@ -74,7 +76,7 @@ class Recover(NodeSet):
 
     def __post_init__(self) -> None:
         """Refuse unknown words; no nodes at all are all of them."""
-        refuse_unknown(self.kind, get_args(RecoveryKind), "recovery: kind")
+        refuse_unknown(self.kind, KINDS, "recovery: kind")
         refuse_unknown(self.method, get_args(Method), "recovery: method")
         refuse_idle(self)
         if self._given():

@@ -107,6 +107,8 @@ def stress(model: FEModel, mesh: Mesh, pieces: list[Piece], axis: tuple[float, f
         raise InputError("there are shells and solids among these elements; give each a table of its own")
     if not (shells or solids) and any(isinstance(section, Beam) for section in sections):
         raise InputError("stress of beams is known in fibres: use [stress], or section forces")
+    if axis is not None and not shells:
+        raise InputError("'axis' has no effect on solids: their stress is along the axes of the mesh; leave it out")
     return face_stress(pieces, axis) if shells else node_stress(model, mesh, pieces)
 
 

@@ -152,6 +152,8 @@ class RandomTable(Limited):
     def _one_correlation(self) -> RandomTable:
         if self.coherence and self.correlation == "full":
             raise ValueError("correlation 'full' and a coherence contradict each other; give one of them")
+        if self.correlation == "full" and len(self._given()) == 1:
+            raise ValueError("'correlation' has no effect on one input; leave it out")
         if (self.lowest is None) != (self.highest is None):
             raise ValueError("a band needs both 'lowest' and 'highest'")
         return self
