@@ -1,7 +1,8 @@
-"""Vectors in three dimensions."""
+"""Vectors and tensors in three dimensions."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import scipy
 from modalprep.errors import InputError
 
 UNIT = np.eye(3)
+ROUNDING = 1e-3  # of an inertia tensor that is given by a few digits, as on the cards of a deck
 PROPER = 1e-6  # of an entry of R R' - 1, and of the length of a quaternion
 
 
@@ -144,3 +146,50 @@ def _about_axis(axis: Any, angle: float, what: str) -> np.ndarray:
     if axis.shape != (3,) or not 0 < np.linalg.norm(axis) < np.inf or not np.isfinite(angle):
         raise InputError(f"{what}: axis {axis.tolist()} with angle {angle} has no direction")
     return scipy.spatial.transform.Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+
+
+def inertia_tensor(inertia: Sequence[float]) -> np.ndarray:
+    """Return the tensor (3, 3) of ``xx, yy, zz (, xy, xz, yz)``.
+
+    Examples
+    --------
+    >>> inertia_tensor([1.0, 2.0, 3.0])
+    array([[1., 0., 0.],
+           [0., 2., 0.],
+           [0., 0., 3.]])
+    """
+    xx, yy, zz, xy, xz, yz = [*inertia, 0.0, 0.0, 0.0][:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def refuse_impossible_inertia(inertia: np.ndarray, what: str = "") -> None:
+    """Raise an `InputError` for a tensor (3, 3) that no distribution of mass has; `what` starts the message.
+
+    Of the principal moments none exceeds the sum of the others.
+
+    Examples
+    --------
+    >>> refuse_impossible_inertia(np.diag([1.0, 1.0, 2.0]))
+    >>> refuse_impossible_inertia(np.diag([1.0, 1.0, 3.0]), "hub: ")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: hub: inertia is physically impossible: of its principal moments [1.0, 1.0, 3.0] the \
+largest exceeds the sum of the others
+    """
+    if inertia.shape != (3, 3) or not np.all(np.isfinite(inertia)):
+        raise InputError(f"{what}inertia needs a tensor of 3 x 3 finite numbers")
+    if why := impossible_inertia(inertia):
+        raise InputError(f"{what}inertia is physically impossible: {why}")
+
+
+def impossible_inertia(inertia: np.ndarray) -> str:
+    """Return why no distribution of mass has a tensor (3, 3); empty where one has.
+
+    Examples
+    --------
+    >>> impossible_inertia(np.diag([0.0, 0.0, 1.0]))
+    'of its principal moments [0.0, 0.0, 1.0] the largest exceeds the sum of the others'
+    """
+    moments = np.linalg.eigvalsh(inertia)
+    if 2 * moments.max() <= moments.sum() * (1 + ROUNDING):
+        return ""
+    return f"of its principal moments {moments.round(6).tolist()} the largest exceeds the sum of the others"

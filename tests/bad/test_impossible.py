@@ -4,13 +4,16 @@ import re
 
 import numpy as np
 import pytest
+from bad.good import BDF
 from bad.keys import base, system
 from bad.test_keys import written
 
 import modalprep as mp
 from modalprep.ensemble.parameters import Parameters
+from modalprep.examples import beam_mesh
 from modalprep.fe.properties.materials import Material
 from modalprep.fe.properties.plausible import implausible_sections
+from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Shell
 from modalprep.multibody import AxialSpring, Bushing, Closure, HingeElement, RotationalSpring
 from modalprep.multibody.model.chain import SegmentedBeam
@@ -48,7 +51,7 @@ PYTHON = [
     (lambda: rigid(inertia=np.diag(IMPOSSIBLE)), "inertia is physically impossible"),
     (lambda: rigid(inertia=np.full((3, 3), np.nan)), "3 x 3 finite numbers"),
     (lambda: rigid(mass=np.inf), "mass = inf must be positive"),
-    (lambda: rigid(centre=[np.nan, 0, 0]), "three finite numbers"),
+    (lambda: rigid(centre=[np.nan, 0, 0]), "three numbers below 1e+30 m"),
     (lambda: rigid(interfaces={}), "needs an interface"),
     (lambda: rigid(interfaces={"a/b": np.zeros(3)}), "'a/b' has '/' in its name"),
     (lambda: single(joints=(joint(name="a/b"),)), "joint 'a/b' has '/' in its name"),
@@ -186,3 +189,35 @@ def test_a_case_without_stiffness_or_friction_is_no_fault(tmp_path):
     assert system(written(tmp_path, file))[1].closures[0].friction_coefficient == 0.0
     with pytest.raises(mp.InputError, match="'transition_velocity' has no effect without 'friction_coefficient'"):
         system(written(tmp_path, file | {"closures": {"x": plane}}))
+
+
+def test_a_point_mass_with_a_negative_moment_is_refused(tmp_path):
+    said = "point mass: inertia has a negative principal moment: [-0.1, 0.1, 0.3]"
+    with pytest.raises(mp.InputError, match=re.escape(said)):
+        PointMass(mass=1.0, inertia=(0.1, 0.1, 0.1, 0.2, 0.0, 0.0))
+    deck = tmp_path / "deck.bdf"
+    deck.write_text(BDF.replace("ENDDATA", "CONM2,21,3,,1.0,,,,,+\n+,.1,-.2,.1,,,.1\nENDDATA"))
+    with pytest.raises(mp.InputError, match=f"deck.bdf line 11: CONM2 21: {re.escape(said)}"):
+        mp.read_mesh(deck)
+
+
+def test_a_point_mass_that_no_body_can_be_is_noted(tmp_path):
+    """Of the principal moments of a rigid body none exceeds the sum of the others; lumped models have such inertias."""
+    deck = tmp_path / "deck.bdf"
+    deck.write_text(BDF.replace("ENDDATA", "CONM2,21,3,,1.0,,,,,+\n+,.1,,.1,,,.3\nENDDATA"))
+    notes = mp.assemble(mp.read_mesh(deck), {}, {"root": mp.Interface(node=1, kind="node")}).notes
+    assert any("the inertia of 'conm2_21' is physically impossible: of its principal moments" in note for note in notes)
+
+
+@pytest.mark.parametrize("far", [1e308, 1e160, np.inf, np.nan])
+def test_a_mesh_beyond_the_universe_is_refused(far):
+    """Powers of it are no numbers."""
+    mesh = beam_mesh(2)
+    points = np.array(mesh.points)
+    points[-1, 0] = far
+    alloy = Material(E=70e9, nu=0.3, rho=2700.0)
+    beam = mp.Beam(material=alloy, A=1e-4, Iy=1e-8, Iz=1e-8, J=1e-8)
+    with pytest.raises(mp.InputError, match="mesh: 1 of 3 nodes have coordinates that are not numbers below 1e"):
+        mp.assemble(mesh.with_(points=points), {"beam": beam}, {"root": mp.Interface(node=1, kind="node")})
+    with pytest.raises(mp.InputError, match=r"beam section A = .* must be"):
+        mp.Beam(material=alloy, A=far, Iy=1e-8, Iz=1e-8, J=1e-8)

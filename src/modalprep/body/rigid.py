@@ -6,10 +6,10 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.fe.mesh.mesh import FAR
 from modalprep.reduction.table import ModeTable
 from modalprep.suggest import refuse_name
-
-ROUNDING = 1e-6  # of an inertia tensor that is given by a few digits
+from modalprep.vectors import refuse_impossible_inertia
 
 
 def rigid_body(
@@ -53,8 +53,8 @@ def rigid_body(
     for interface in interfaces:
         refuse_name(interface, f"{what}interface")
     positions = np.array(list(interfaces.values()), dtype=float)
-    if not len(positions) or not np.all(np.isfinite(positions)) or not np.all(np.isfinite(centre)):
-        raise InputError(f"{what}needs an interface, and places of three finite numbers")
+    if not len(positions) or not (np.all(np.abs(positions) < FAR) and np.all(np.abs(centre) < FAR)):
+        raise InputError(f"{what}needs an interface, and places of three numbers below {FAR:g} m")
     c = np.asarray(centre, dtype=float) - positions[0]
     E0 = np.trace(inertia) / 2 * np.eye(3) - inertia + mass * np.outer(c, c)
     k = len(positions)
@@ -68,26 +68,3 @@ def rigid_body(
         interface_name=tuple(interfaces), interface_position=positions - positions[0],
         points=positions - positions[0], cells={}, shape=np.zeros((k, 3, 0)), modes=none,
     )  # fmt: skip
-
-
-def refuse_impossible_inertia(inertia: np.ndarray, what: str = "") -> None:
-    """Raise an `InputError` for a tensor (3, 3) that no distribution of mass has; `what` starts the message.
-
-    Of the principal moments none exceeds the sum of the others.
-
-    Examples
-    --------
-    >>> refuse_impossible_inertia(np.diag([1.0, 1.0, 2.0]))
-    >>> refuse_impossible_inertia(np.diag([1.0, 1.0, 3.0]), "hub: ")
-    Traceback (most recent call last):
-    modalprep.errors.InputError: hub: inertia is physically impossible: of its principal moments [1.0, 1.0, 3.0] the \
-largest exceeds the sum of the others
-    """
-    if inertia.shape != (3, 3) or not np.all(np.isfinite(inertia)):
-        raise InputError(f"{what}inertia needs a tensor of 3 x 3 finite numbers")
-    moments = np.linalg.eigvalsh(inertia)
-    if 2 * moments.max() > moments.sum() * (1 + ROUNDING):
-        raise InputError(
-            f"{what}inertia is physically impossible: of its principal moments {moments.round(6).tolist()} the largest "
-            "exceeds the sum of the others"
-        )

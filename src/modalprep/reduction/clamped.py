@@ -11,14 +11,12 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.properties.properties import Solid
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import inner, product
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.sparse import times
 
 FREE = 1e-11  # stiffness of an interface direction over that of its DOFs alone: mechanisms have 1e-16 to 2e-12
-INCOMPRESSIBLE = 0.49999  # Poisson's ratio of solids: the bulk is then 50,000 times as stiff as the shear
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
 
 
@@ -197,19 +195,7 @@ def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.nda
         x /= np.abs(x).max()
     size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
     if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ (size @ np.abs(x))):
-        raise MechanismError(_incompressible(model) or _moving(model, dofs, np.abs(np.nan_to_num(x))))
-
-
-def _incompressible(model: FEModel) -> str:
-    """Say which solids are so nearly incompressible that round-off hides their stiffness in shear; "" for none."""
-    for part in model.elements.parts if model.elements else ():
-        nu = getattr(getattr(part.section, "material", None), "nu", 0.0)
-        if isinstance(part.section, Solid) and nu > INCOMPRESSIBLE:
-            return (
-                f"group {part.group!r} is incompressible with nu = {nu!r}: round-off hides its stiffness in shear; "
-                f"give at most nu = {INCOMPRESSIBLE}"
-            )
-    return ""
+        raise MechanismError(_moving(model, dofs, np.abs(np.nan_to_num(x))))
 
 
 def _moving(model: FEModel, dofs: np.ndarray, motion: np.ndarray) -> str:

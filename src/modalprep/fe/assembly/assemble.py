@@ -28,9 +28,9 @@ from modalprep.fe.links.constraints import constrain
 from modalprep.fe.links.interface import Connection, Interface, connect, interface_position
 from modalprep.fe.links.support import Support, held_nodes
 from modalprep.fe.mesh.left_out import explained
-from modalprep.fe.mesh.mesh import Mesh, SupportSet
+from modalprep.fe.mesh.mesh import Mesh, SupportSet, refuse_far_points
 from modalprep.fe.properties.plausible import implausible_sections
-from modalprep.fe.properties.points import PointMass
+from modalprep.fe.properties.points import PointMass, impossible_masses
 from modalprep.fe.properties.properties import Property
 from modalprep.suggest import refuse_other, refuse_unknown
 
@@ -91,6 +91,7 @@ def assemble(
     """
     refuse_other("assemble: the mesh", Mesh, mesh)
     refuse_unknown(str(mass), get_args(Distribution), "assemble: mass")
+    refuse_far_points(mesh.points, mesh.labels, "mesh")
     order, connections = root_first(interfaces, root), dict(connections or {})
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
@@ -144,7 +145,8 @@ def _tied(mesh: Mesh, interfaces, nodes: dict[str, np.ndarray], held: dict[str, 
 
 def _odd_units(mesh: Mesh, parts: list[Part]) -> list[str]:
     size = float(np.ptp(mesh.points[used_nodes(parts)], axis=0).max())
-    return implausible_sections({part.group: part.section for part in parts}, size)
+    sections = {part.group: part.section for part in parts}
+    return [*implausible_sections(sections, size), *impossible_masses(sections)]
 
 
 def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[str]:

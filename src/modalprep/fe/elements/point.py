@@ -11,7 +11,7 @@ from modalprep.fe.elements.beam import line_frames
 from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
 from modalprep.fe.properties.points import PointMass, Spring
-from modalprep.vectors import skew
+from modalprep.vectors import inertia_tensor, skew
 
 ROUNDING = 1e-14
 
@@ -97,8 +97,7 @@ def second_moment(inertia: tuple[float, ...]) -> np.ndarray:
     >>> second_moment((2.0, 2.0, 4.0, 0.0, 0.0, 0.0)).diagonal()
     array([2., 2., 0.])
     """
-    xx, yy, zz, xy, xz, yz = inertia
-    J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    J = inertia_tensor(inertia)
     return np.trace(J) / 2 * np.eye(3) - J
 
 

@@ -102,6 +102,8 @@ class Equation(Record):
 def refuse_far_points(points: np.ndarray, labels: np.ndarray, what: str) -> None:
     """Refuse coordinates (n, 3) that are no numbers, or so large that their powers are none; `what` begins the message.
 
+    Nodes without labels count from 1.
+
     Raises
     ------
     InputError
@@ -117,7 +119,7 @@ def refuse_far_points(points: np.ndarray, labels: np.ndarray, what: str) -> None
     if len(bad):
         raise InputError(
             f"{what}: {len(bad)} of {len(points)} nodes have coordinates that are not numbers below {FAR:g} m, "
-            f"the first is node {labels[bad[0]]}; repair the mesh"
+            f"the first is node {labels[bad[0]] if len(labels) else bad[0] + 1}; repair the mesh"
         )
 
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 
+LARGEST = 1e60  # in SI units: products of several values are still numbers
+
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
@@ -210,7 +212,8 @@ class Anisotropic:
 
 
 def refuse_not_positive(what: str, **values: float) -> None:
-    """Raise InputError naming the first value that is not a positive number."""
+    """Raise InputError naming the first value that is not a positive number, or so large that its square is none."""
     for name, value in values.items():
-        if not 0 < value < float("inf"):
-            raise InputError(f"{what} {name} = {value:g} must be positive; give SI units (Pa, kg/m^3, m, m^2, m^4)")
+        if not 0 < value < LARGEST:
+            wanted = "positive" if not value > 0 else f"below {LARGEST:g}"
+            raise InputError(f"{what} {name} = {value:g} must be {wanted}; give SI units (Pa, kg/m^3, m, m^2, m^4)")

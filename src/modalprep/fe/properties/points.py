@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from modalprep.errors import InputError
+from modalprep.fe.properties.materials import LARGEST
 from modalprep.fe.properties.properties import Property, Vector
+from modalprep.vectors import ROUNDING, impossible_inertia, inertia_tensor
 
 Vector6 = tuple[float, float, float, float, float, float]
 
@@ -27,7 +32,7 @@ class PointMass(Property):
     Raises
     ------
     InputError
-        When the mass is negative or infinite.
+        When the mass is negative or infinite, or a principal moment of inertia is.
 
     Examples
     --------
@@ -40,9 +45,30 @@ class PointMass(Property):
     offset: Vector = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse negative mass."""
-        if not 0 <= self.mass < float("inf"):
-            raise InputError(f"point mass of {self.mass:g} kg must not be negative")
+        """Refuse what no rigid body has."""
+        if not 0 <= self.mass < LARGEST:
+            raise InputError(f"point mass of {self.mass:g} kg must not be negative, and below {LARGEST:g}")
+        for name, count in (("offset", 3), ("inertia", 6)):
+            given = list(getattr(self, name))
+            if len(given) != count or not np.all(np.abs(given) < LARGEST):
+                raise InputError(f"point mass: {name} {given} needs {count} numbers below {LARGEST:g}")
+        moments = np.linalg.eigvalsh(inertia_tensor(self.inertia))
+        if moments[0] < -ROUNDING * moments[-1]:
+            raise InputError(f"point mass: inertia has a negative principal moment: {moments.round(6).tolist()}")
+
+
+def impossible_masses(sections: Mapping[str, Property]) -> list[str]:
+    """Return a note for each point mass with the inertia of no body, as lumped models have it about one axis.
+
+    Examples
+    --------
+    >>> impossible_masses({"disc": PointMass(mass=1.0, inertia=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0))})
+    ["the inertia of 'disc' is physically impossible: of its principal moments [0.0, 0.0, 2.0] the largest exceeds the \
+sum of the others"]
+    """
+    masses = {group: section for group, section in sections.items() if isinstance(section, PointMass)}
+    found = {group: impossible_inertia(inertia_tensor(each.inertia)) for group, each in masses.items()}
+    return [f"the inertia of {group!r} is physically impossible: {why}" for group, why in found.items() if why]
 
 
 @dataclass(frozen=True, kw_only=True)

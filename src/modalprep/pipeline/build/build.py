@@ -23,7 +23,7 @@ from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.changing import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
-from modalprep.pipeline.schema.system import inertia_tensor
+from modalprep.vectors import inertia_tensor
 
 
 def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
-import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
-from modalprep.body.rigid import refuse_impossible_inertia
 from modalprep.multibody.model.constraints import REACH, WITH_AXIS, WITH_FRICTION, ClosureType
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema import quantities
@@ -31,6 +29,7 @@ from modalprep.pipeline.schema.quantities import (
 )
 from modalprep.pipeline.schema.reduction import BODY_FILE, RotationTable, SourceTable
 from modalprep.pipeline.schema.time import TIME, Time, form
+from modalprep.vectors import inertia_tensor, refuse_impossible_inertia
 
 END = "'body.interface' or 'ground'"
 EACH = "; a list for a joint with several coordinates, translations before rotations"
@@ -71,20 +70,6 @@ class BodyTable(SourceTable):
         if sum(source is not None for source in (self.file, self.pipeline, self.mass)) != 1:
             raise ValueError("a body needs either 'file', 'pipeline' or, if it is rigid, 'mass'")
         return self
-
-
-def inertia_tensor(inertia: list[float]) -> np.ndarray:
-    """Return the tensor (3, 3) of ``xx, yy, zz (, xy, xz, yz)``.
-
-    Examples
-    --------
-    >>> inertia_tensor([1.0, 2.0, 3.0])
-    array([[1., 0., 0.],
-           [0., 2., 0.],
-           [0., 0., 3.]])
-    """
-    xx, yy, zz, xy, xz, yz = [*inertia, 0.0, 0.0, 0.0][:6]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 class StartTable(Table):
