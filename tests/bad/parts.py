@@ -169,6 +169,18 @@ FAMILIES = {
          "about": {"type": "spring", "rotation": [1e3, 2e3, 3e3]}},
         {"translation": [[3e5, 2e5, 1e5]], "rotation": [[3e3, 2e3, 1e3]], "up": [[0.0, 1.0, 0.0]], "location": [0.2]},
     ),
+    "mesh": PartFamily(
+        fe.MeshTable, ("mesh",), {"inp": {"file": "part.inp"}},
+        {"length_unit": ["mm"], "mass_unit": ["t"], "ignore": [["*TIE"], ["*NSET"]], "size": [0.1], "order": [1],
+         "mass": ["lumped"]},
+    ),
+    "load": PartFamily(
+        reduction.LoadTable, ("loads", "l"),
+        {"force": {"group": "edge", "force": [1.0, 2.0, 3.0]}, "moment": {"node": 5, "moment": [1.0, 2.0, 3.0]},
+         "pressure": {"group": "skin", "pressure": 1.0}},
+        {"force": [[3.0, 1.0, 1.0]], "moment": [[1.0, 0.0, 0.0]], "pressure": [1.0], "position": [[0.3, 0.4, 0.5]]},
+        {"reduction": REDUCTION | {"truncation_vectors": ["l"]}},
+    ),
     "interface": PartFamily(
         fe.InterfaceTable, ("interfaces", "tip"),
         {"node": {"node": 9}, "group": {"group": "edge"}, "rbe3": {"group": "edge", "kind": "rbe3"}},

@@ -86,6 +86,18 @@ def test_force_on_a_cylinder_acts_on_its_axis(bracket):
     assert_close(found[3:] + np.cross(at, pin.force), np.zeros(3), 1e-5, scale=3 * 0.0045)
 
 
+def test_a_force_beside_its_only_node_turns_it():
+    """Its moment about the node is ``(position - node) x force``; without rotations it is refused."""
+    model, mesh = cantilever_model(), beam_mesh(10)
+    at = Load(
+        group="tip", force=(0, 3.0, 0), position=tuple(mesh.points[mesh.group("tip")["vertex"][0, 0]] + [0.2, 0, 0])
+    )
+    F = nodal_load(model, mesh, "tip", at)
+    assert_close(F[-6:], [0, 3.0, 0, 0, 0, 0.6], 1e-12)
+    with pytest.raises(InputError, match="'position' has no effect without 'force'"):
+        Load(group="tip", moment=(0, 0, 1.0), position=(1.0, 0, 0))
+
+
 def test_force_is_shared_evenly():
     model = cantilever_model(10)
     F = nodal_load(model, beam_mesh(10), "row", Load(box=((2.0, 0, 0), (5.0, 0, 0)), force=(0, 8.0, 0)))

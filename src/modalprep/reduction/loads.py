@@ -41,7 +41,7 @@ class Load(NodeSet):
     near (10, 0, 0)
     """
 
-    applies: ClassVar = (Rule(("position",), needs=("force", "moment"), advice="a pressure has its place"),)
+    applies: ClassVar = (Rule(("position",), needs=("force",), advice="moments and pressures have no such place"),)
     force: Vector = NONE
     moment: Vector = NONE
     pressure: float = 0.0
@@ -99,7 +99,9 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
     F, dofs = np.zeros(model.n_dof), model.dof[nodes]
     wrench = np.concatenate([load.force, load.moment])
     if len(nodes) == 1:
-        if np.any(load.moment) and dofs[0, 3] < 0:
+        if load.position is not None:
+            wrench[3:] += np.cross(load.position - mesh.points[nodes[0]], load.force)
+        if np.any(wrench[3:]) and dofs[0, 3] < 0:
             raise InputError(f"load {name!r}: its only node has no rotations for a moment; name more nodes")
         present = dofs[0] >= 0
         F[dofs[0, present]] = wrench[present]
