@@ -198,9 +198,10 @@ def test_random_loops_keep_their_branch():
     assert seen > 0
 
 
-def test_a_loop_whose_only_row_vanishes_at_the_end_of_a_step():
-    """A distance on a sphere: a fine step ends so near its change point that no row is independent there."""
+def test_loops_whose_only_row_vanishes_near_the_end_of_a_step():
+    """A distance on a sphere, whose rank is zero there, and a folded slider, which had to end a step elsewhere."""
     assert examine(19, [("explicit", 1e-9)])[0] == 0
+    assert examine(21, [("generalised_alpha", 1e-4), ("generalised_alpha", 1e-5)])[0] == 0
 
 
 def test_random_loops_have_all_closures():

@@ -48,6 +48,7 @@ LEAST_BEFORE = (1e-8, 0.1, 1e-8)  # error of the step before: a smaller one says
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
 FIRST, BEFORE_OUTPUT = 1e-3, 0.1  # first step of the Rosenbrock method, of the time that is left and between outputs
 FIRST_CUT = 0.01  # the least that it is cut to
+FOLLOWS = 1e-3  # of the step before: a step that a singular position needs not be so short
 UNKNOWN = 1e-6  # s, first step of what has no size
 NEAREST = 1e-7  # of the time: steps do not come nearer to where a spring of rotations passes half a turn
 TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
@@ -218,7 +219,8 @@ def _hold(eq, run, method, h, t, last):
     """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status.
 
     A step does not end in a singular position that it can pass, unless it is the `last`: there conditions lose their
-    direction, and round-off decides the accelerations. After one that failed it may end nearer.
+    direction, and round-off decides the accelerations. After one that failed it may end nearer; one that ends there
+    however short it is has begun there.
     """
     normalise(eq.model, run.new)
     if eq.cons is None:
@@ -232,7 +234,8 @@ def _hold(eq, run, method, h, t, last):
     if moves > 0 and method == EXPLICIT:
         run.count[0].evaluations += 1
         status = evaluate_measured(eq, t, run.new, run.newdot)
-    if not last and near_singular(eq.work, run.clock[0].error == 1.0):
+    begun_there = h < FOLLOWS * run.clock[0].last_step
+    if not last and not begun_there and near_singular(eq.work, run.clock[0].error == 1.0):
         return OPEN
     hold_rank(eq.work)
     return status

@@ -62,13 +62,21 @@ def wound(run: Running) -> str:
 def failure(run: Running, t: float) -> SimulationError:
     """Return the error of a run that cannot go on at time t: the body, and what to do."""
     cause, begin = int(run.steps.count[0].cause), f"simulation stopped at t = {t:.6g} s: "
-    if run.loading.loops and (_locked(run, t) or cause == OPEN):
+    loops = run.loading.loops
+    near = loops and min(loops.work.sine[0], loops.work.sine[1]) < DEEP
+    locked = loops and _locked(run, t)
+    if near and not locked:
+        return SimulationError(
+            f"{begin}the loops are at a change point, where round-off decides what a closure does, and the steps for "
+            f"rtol = {run.steps.clock[0].rtol:g} do not get past it by this method: give another rtol or another method"
+        )
+    if loops and (locked or cause == OPEN):
         return SimulationError(
             begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
             "prescribed motions and lengths"
         )
-    if locked := gimbal_lock(run.system, run.packed, run.steps.y):
-        return SimulationError(begin + locked)
+    if gimbal := gimbal_lock(run.system, run.packed, run.steps.y):
+        return SimulationError(begin + gimbal)
     evaluate(run.equations, t, run.steps.y, run.steps.ydot)
     loaded = _not_finite(run)
     if loaded and cause < 0:
@@ -83,11 +91,6 @@ def failure(run: Running, t: float) -> SimulationError:
         return SimulationError(
             f"{begin}the mass matrix of body {name!r} is no longer positive, its deflection is too large for its "
             "modes; keep fewer modes, leave out the inertia truncation vectors, or cut the body into smaller ones"
-        )
-    if cause == NOT_CONVERGED and run.loading.loops and run.loading.loops.work.sine[1] < DEEP:
-        return SimulationError(
-            f"{begin}the loops are at a change point, and steps as short as those for rtol = {clock.rtol:g} do not get "
-            "past it by this method: raise rtol, or use method = 'explicit'"
         )
     if cause == NOT_CONVERGED:
         return SimulationError(
