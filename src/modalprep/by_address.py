@@ -10,9 +10,8 @@ copies of a `Pattern`.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from ctypes import c_void_p
-from functools import cached_property
 from struct import pack, unpack
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -70,6 +69,22 @@ class _Lazy:
         return array
 
 
+class _Once:
+    """A property that is found once, as `functools.cached_property`, but without the lock that its records share.
+
+    The words of a record need the addresses of those inside, and an address needs the words: two threads would wait for
+    each other. Both find a value instead, and keep the same one.
+    """
+
+    def __init__(self, find: Callable[[Any], Any]) -> None:
+        self.find = find
+
+    def __get__(self, record: Addressed | None, owner: type) -> Any:
+        if record is None:
+            return self
+        return record.__dict__.setdefault(self.find.__name__, self.find(record))
+
+
 class Addressed:
     """What `by_address` makes of a NamedTuple: a record of the same fields, which do not change."""
 
@@ -97,7 +112,7 @@ class Addressed:
     def _replace(self, **changes: Any) -> Any:
         return type(self)(**(dict(zip(self._fields, self, strict=True)) | changes))
 
-    @cached_property
+    @_Once
     def _words(self) -> np.ndarray:
         words: list[int] = []
         for value in self:
@@ -111,11 +126,11 @@ class Addressed:
                 words.append(int(value))
         return np.array(words, dtype=np.int64)
 
-    @cached_property
+    @_Once
     def _address(self) -> int:
         return _data(self._words)
 
-    @cached_property
+    @_Once
     def _type(self) -> AddressType:
         key = type(self), *map(layout, self)
         if key not in TYPES:

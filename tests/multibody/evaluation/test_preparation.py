@@ -2,14 +2,16 @@
 
 import gc
 import sys
+import threading
 import weakref
 from dataclasses import fields
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import modalprep as mp
-from modalprep.by_address import Addressed
+from modalprep.by_address import Addressed, by_address
 from modalprep.examples import uniform_beam
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loading import Loading
@@ -231,3 +233,32 @@ def test_changed_systems_do_not_stay():
     gc.collect()
     assert [ref() for ref in made] == [None] * len(made)
     assert 10 <= len(pack(system).patterns) <= MOST_PATTERNS
+
+
+@by_address
+class Inner(NamedTuple):
+    x: np.ndarray
+
+
+@by_address
+class Outer(NamedTuple):
+    inner: Inner
+
+
+def test_threads_that_need_one_record_for_another_do_not_wait_for_each_other():
+    """With the locks of `functools.cached_property`, which all records share, they do within the first hundreds."""
+
+    def find(whole):
+        for _ in range(5000):
+            record = Outer(Inner(np.zeros(3)))
+            assert (record if whole else record.inner).__index__() > 0
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    threads = [threading.Thread(target=find, args=(whole,), daemon=True) for whole in (True, False)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    sys.setswitchinterval(before)
+    assert not any(thread.is_alive() for thread in threads)
