@@ -252,7 +252,9 @@ class Loops:
     @property
     def redundant(self) -> np.ndarray:
         """Rows that the last factorisation left out (k,)."""
-        return np.setdiff1d(np.flatnonzero(self.holding), self.work.order[: self.work.rank[0]])
+        left = self.holding
+        left[self.work.order[: self.work.rank[0]]] = False
+        return np.flatnonzero(left)
 
     def note_redundant(self, left: np.ndarray) -> None:
         """Note rows (k,) that are redundant, by closure."""

@@ -37,8 +37,8 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     None of other starts. Nearer is meant in the mass matrix; at rest it is either of them. The row is no longer noted
     as redundant.
     """
-    left = loading.loops.redundant
-    if left.size == 0:
+    left, work = loading.loops.redundant, loading.loops.work
+    if not np.any(work.usual[left] > work.floor[left]):  # others hold what nothing moves, anywhere
         return None
     course = Course(loading, (0.0, 0.0), (y, y), Regular(0, 0.0))
     u, sizes, v = np.linalg.svd(course.jacobian(y, 0.0))
