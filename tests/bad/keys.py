@@ -5,8 +5,10 @@ import copy
 import numpy as np
 
 import modalprep as mp
+from modalprep.multibody.deploying.simulate import simulate_deployment
+from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.pipeline.build.build import read_bodies
-from modalprep.pipeline.schema import changing, environment, force_elements
+from modalprep.pipeline.schema import chain, changing, environment, force_elements
 from modalprep.pipeline.schema import system as system_tables
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import load_pipeline
@@ -85,6 +87,8 @@ class Family:
         pipeline, made = system(path)
         s = pipeline.simulation
         given = {"t_end": s.t_end, "output_step": s.output_step, "method": s.method}
+        if isinstance(made, DeployingSystem):
+            return simulate_deployment(made, **given)
         return mp.simulate(made, events=read_events(pipeline.events), **given)
 
     def same(self, one, other):
@@ -179,7 +183,53 @@ STILL = {"environment": {"gravity": [0.0, 0.0, 0.0]}}
 WIRE = {"conductors": {"wire": {"through": ["b.root", "b.tip"], "current": 1e6}}}
 ROD = {"immersed": {"rods": {"bodies": "b", "diameter": 0.1}}}
 
+
+def exit_only():
+    """One rigid body in flight, from which something deploys."""
+    return {key: value for key, value in base().items() if key not in ("bodies", "joints")} | {
+        "bodies": {"a": BODY | {"interfaces": ENDS}},
+        "joints": {"p": {"type": "free", "child": "a.root", "start": FLIGHT}},
+    }
+
+
+SPAR = {"length": 1.0, "segments": 3, "mass_per_length": 1.0}
+ROPE = {"length": 2.0, "segments": 4, "mass_per_length": 1.0}
+FULL_AND_EMPTY = {"body": "b", "empty": {"mass": 1.0, "inertia": [0.1, 0.2, 0.3]}, "rate": 2.0}
+
 FAMILIES = {
+    "segmented beam": Family(
+        chain.BeamTable, ("beams", "x"),
+        {"plane": SPAR | {"EI": 5.0, "root": {"start": {"rate": 3.0}}},
+         "space": SPAR | {"EI": [5.0, 9.0], "root": {"start": {"rate": [3.0, 1.0]}}},
+         "soft": SPAR | {"EI": 5.0, "EA": 1e3, "GA": 1e3}},
+        {"rotary_inertia": [[0.01, 0.01, 0.01]], "GJ": [4.0], "EA": [2e3], "GA": [2e3], "curvature": [0.3],
+         "damping": [0.01], "parent": ["c.tip"], "root": [{"stiffness": 2.0}, {"type": "revolute", "stiffness": 2.0}]},
+    ),
+    "deployment": Family(
+        changing.DeploymentTable, ("deployments", "x"),
+        {"boom": ROPE | {"EI": 5.0, "deployed_length": "0.6 + t"}, "cable": ROPE | {"deployed_length": "0.6 + t"},
+         "reel": ROPE | {"tension": 2.0, "initial_length": 0.6}},
+        {"axis": [[0.0, 1.0, 0.0]], "normal": [[0.5, 1.0, 1.0]], "position": [[0.1, 0.2, 0.3]], "EI": [7.0],
+         "damping": [0.02], "brake": [3.0], "initial_length": [0.7], "initial_speed": [1.0], "stop_time": [0.05],
+         "spatial": [True], "rotary_inertia": [0.02], "deflection": [0.05], "parent": ["a.tip"]}, start=exit_only,
+    ),
+    "coupler": Family(
+        system_tables.CouplerTable, ("couplers", "x"), {"two": {"factors": {"q.1": 1.0, "r": 2.0}}},
+        {"value": ["0.1*t"], "active": [False]},
+    ),
+    "immersed rod": Family(
+        force_elements.ImmersedTable, ("immersed", "x"), {"b": {"bodies": "b", "diameter": 0.1}},
+        {"normal_drag": [2.0], "tangential_drag": [0.5], "added_mass": [2.0]}, {"environment": {"water": {}}},
+    ),
+    "depletion": Family(
+        changing.DepletionTable, ("depletions", "x"), {"rate": FULL_AND_EMPTY},
+        {"intermediate": [[{"mass": 1.5, "inertia": [0.1, 0.3, 0.35]}]], "mass": ["2 - t"]},
+    ),
+    "jet": Family(
+        changing.JetTable, ("jets", "x"),
+        {"of b": {"at": "b.tip", "depletion": "d", "speed": 100.0, "axis": [1, 0, 0]}},
+        {"mass_fraction": [0.5], "pressure": [5.0], "flow_path": [["b.root"]]}, {"depletions": {"d": FULL_AND_EMPTY}},
+    ),
     "joint": Family(system_tables.JointTable, ("joints", "r"), JOINTS, HINGE | {"keep_start": [True]}),
     "closure": Family(system_tables.ClosureTable, ("closures", "x"), CLOSURES, CLOSURE, LOOSE),
     "force": Family(
@@ -236,4 +286,6 @@ def _times(run):
 
 def _same_values(a, b):
     a, b = np.asarray(a), np.asarray(b)
-    return a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-9 * max(1.0, np.abs(a).max(initial=0.0)))
+    return a.shape == b.shape and np.allclose(
+        a, b, rtol=1e-9, atol=1e-9 * max(1.0, np.nan_to_num(np.abs(a)).max(initial=0.0)), equal_nan=True
+    )

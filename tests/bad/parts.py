@@ -133,7 +133,7 @@ def sections(name, table, variants, values):
     return PartFamily(table, ("properties", name), variants, values)
 
 
-LEVELS = {"frequency": [20.0, 500.0], "values": [1.0, 2.0]}
+LEVELS = {"frequency": [20.0, 500.0], "values": [1e-3, 2e-3]}
 DRIVE = {"x": 2.0}
 HARMONIC = {"kind": "harmonic", "base": DRIVE}
 RANDOM = {"kind": "random", "damping": 0.02, "base": {"x": LEVELS}}
@@ -251,7 +251,7 @@ FAMILIES = {
     ),
     "fatigue": PartFamily(
         of_strength.FatigueTable, ("fatigue", "y"),
-        {"transient": DAMAGE | {"response": "x", "stress": 50.0}, "random": DAMAGE | {"response": "z", "stress": 800.0,
+        {"transient": DAMAGE | {"response": "x", "stress": 50.0}, "random": DAMAGE | {"response": "z", "stress": 50.0,
          "duration": 10.0}},
         {"scale": [2.0], "second_slope": [5.0], "knee": [1e5], "limit": [100.0], "ultimate": [1e3], "repeats": [3.0],
          "duration": [20.0], "method": ["narrow_band", "steinberg"]},

@@ -123,6 +123,8 @@ class Deployment(Record):
             raise InputError(
                 f"{what}a spatial cable needs EI = 0 and a rotary_inertia; a beam with EI bends in a plane"
             )
+        if self.rotary_inertia and not self.spatial and self.parent == "ground":
+            raise InputError(f"{what}'rotary_inertia' has no effect in a plane that is at rest; leave it out")
         if self.deployed_length is not None:
             object.__setattr__(self, "deployed_length", TimeFunction.of(self.deployed_length).as_motion())
         if self.tension is not None:
