@@ -165,8 +165,8 @@ def warmup() -> None:
     interrupts = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}  # end without a traceback
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), **interrupts) as pool:
         jobs = [
-            pool.submit(compile_solver, "flexible"),
-            pool.submit(compile_solver, "rigid"),
+            pool.submit(compile_flexible),
+            pool.submit(compile_rigid),
             pool.submit(compile_assembly),
         ]
         for job in jobs:
@@ -185,7 +185,17 @@ def compile_assembly() -> None:
     check_body(flexible_body(model, craig_bampton(model, modes=2), name="block"))
 
 
-def compile_solver(bodies: str) -> None:
+def compile_rigid() -> None:
+    """Compile the solver for rigid bodies, in trees and in closed loops."""
+    _compile_solver("rigid")
+
+
+def compile_flexible() -> None:
+    """Compile the solver for flexible bodies, in trees and in closed loops."""
+    _compile_solver("flexible")
+
+
+def _compile_solver(bodies: str) -> None:
     """Compile the solver for the systems of :func:`small_systems` whose bodies are "rigid" or "flexible"."""
     from modalprep.examples import small_systems
     from modalprep.jit import when_compiling

@@ -254,18 +254,19 @@ class _Guided:
         return states
 
     def _integrated(self, rate: Callable, y: np.ndarray, times: np.ndarray, rtol: float) -> np.ndarray:
-        """Return the states at the times, step by step between the bends of all functions of time."""
+        """Return the states at the times, in stretches between which functions of time bend or vary more quickly."""
         loading, laws = self.evaluator.loading, [law for _, _, law in self.laws]
         tables = [loading.arrays.environment.tables, tabulate(laws, float(times[-1]))]
         bounds, breaks = step_bounds(tables, float(times[-1])), [t for each in tables for t in each.until]
-        inside = [t for t in np.append(bounds.ends, breaks) if times[0] < t < times[-1]]
+        begins, longest = bounds.cells.T
+        inside = [t for t in (*begins, *bounds.ends, *breaks) if times[0] < t < times[-1]]
         states = [y]
         for begin, end in pairwise(np.unique([times[0], *inside, times[-1]])):
             here, last = times[(times > begin) & (times <= end)], np.nextafter(end, begin)
-            cells = bounds.cells[(bounds.cells[:, 0] < end) & (np.append(bounds.cells[1:, 0], np.inf) > begin)]
+            cell = np.searchsorted(begins, begin, side="right")
             run = solve_ivp(
                 lambda t, y, last=last: rate(min(t, last), y), (begin, end), y, method="DOP853", rtol=rtol,
-                t_eval=np.unique([*here, end]), atol=1e-3 * rtol, max_step=min(cells[:, 1], default=np.inf),
+                t_eval=np.unique([*here, end]), atol=1e-3 * rtol, max_step=longest[cell - 1] if cell else np.inf,
             )  # fmt: skip
             if not run.success:
                 raise SimulationError(f"inverse dynamics stopped at t = {run.t[-1]:g} s: {run.message}")
