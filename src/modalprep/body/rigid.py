@@ -54,7 +54,7 @@ def rigid_body(
         refuse_name(interface, f"{what}interface")
     positions = np.array(list(interfaces.values()), dtype=float)
     if not len(positions) or not (np.all(np.abs(positions) < FAR) and np.all(np.abs(centre) < FAR)):
-        raise InputError(f"{what}needs an interface, and places of three numbers below {FAR:g} m")
+        raise InputError(f"{what}needs an interface, and positions of three numbers below {FAR:g} m")
     c = np.asarray(centre, dtype=float) - positions[0]
     E0 = np.trace(inertia) / 2 * np.eye(3) - inertia + mass * np.outer(c, c)
     k = len(positions)

@@ -46,8 +46,10 @@ def _own_arms(mesh: Mesh, beams: Sequence[Part]) -> Iterator[Arms]:
 
 def _linked(mesh: Mesh, nodes: np.ndarray, arms: np.ndarray) -> Iterator[Arms]:
     """Yield the other ends of rigid links, each from one node to one, and the arms from there."""
+    order = np.argsort(nodes, kind="stable")
+    nodes, arms = nodes[order], arms[order]
     for link in mesh.links:
         if link.kind == "rbe2" and len(link.nodes) == 1:
             for here, there in ((link.node, link.nodes[0]), (link.nodes[0], link.node)):
-                own = arms[nodes == there]
+                own = arms[slice(*np.searchsorted(nodes, (there, there + 1)))]
                 yield np.full(len(own), here), own + mesh.points[there] - mesh.points[here]

@@ -22,6 +22,7 @@ RecoveryKind = Literal[
     "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration", "displacement"
 ]  # fmt: skip
 KINDS = get_args(RecoveryKind)
+OF_METHOD = tuple(kind for kind in KINDS if kind != "acceleration")  # by mode displacement or mode acceleration
 NAMED = ("acceleration", "displacement", "cut")  # kinds that need nodes or elements
 Method = Literal["acceleration", "displacement"]
 Vector = tuple[float, float, float]
@@ -66,7 +67,7 @@ class Recover(NodeSet):
     applies: ClassVar = (
         Rule(("stations",), needs=("kind",), among=("section_force",)),
         Rule(("axis",), needs=("kind",), among=("resultant", "stress")),
-        Rule(("method",), needs=("kind",), among=KINDS[:-2] + KINDS[-1:], advice="accelerations have one"),
+        Rule(("method",), needs=("kind",), among=OF_METHOD, advice="accelerations have one"),
     )
     kind: RecoveryKind
     method: Method = "acceleration"
