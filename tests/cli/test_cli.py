@@ -102,7 +102,7 @@ def test_modes_of_a_pipeline_and_of_a_file(job, body, capsys):
     assert main(["modes", str(body), "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["modes"]
     assert [row["kind"] for row in rows] == ["fixed-interface"] * 2
-    assert body.with_suffix(".html").read_text().rstrip().endswith("</html>")
+    assert body.with_name("beam-modes.html").read_text().rstrip().endswith("</html>")
 
 
 def test_check(body, tmp_path, capsys):
@@ -285,7 +285,19 @@ def test_modes_writes_the_page_beside_the_file(job, body, tmp_path, capsys):
     assert {row["kind"] for row in answer["modes"]} >= {"fixed-interface"}
     assert Path(answer["page"]).read_text().rstrip().endswith("</html>")
     assert main(["modes", str(body), "--output", str(tmp_path / "elsewhere"), "--json"]) == 0
-    assert Path(json.loads(capsys.readouterr().out)["page"]) == tmp_path / "elsewhere" / "beam.html"
+    assert Path(json.loads(capsys.readouterr().out)["page"]) == tmp_path / "elsewhere" / "beam-modes.html"
+
+
+def test_modes_leaves_the_full_report_as_it_is(job, capsys):
+    """The page of `run` has responses, margins and runs, which that of `modes` has not; they had one name."""
+    assert main(["run", str(job), "--no-pictures", "--json"]) == 0
+    files = [Path(file) for file in json.loads(capsys.readouterr().out)["files"]]
+    full = next(file for file in files if file.name == "job.html")
+    before = full.read_bytes()
+    for file in (job, full.with_suffix(".h5")):
+        assert main(["modes", str(file), "--json"]) == 0
+        assert Path(json.loads(capsys.readouterr().out)["page"]) == full.with_name("job-modes.html")
+    assert full.read_bytes() == before
 
 
 @pytest.mark.parametrize(

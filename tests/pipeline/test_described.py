@@ -143,7 +143,7 @@ def page(project, tmp_path_factory):
     cache = Cache(folder / "cache")
     built = [build_body(path, folder / name, Reporter(quiet=True), cache) for name in ("first", "again")]
     assert main(["modes", str(path), "--output", str(folder), "--json"]) == 0
-    return built, (folder / "spinup-beam" / "spinup-beam.html").read_text(encoding="utf-8")
+    return built, (folder / "spinup-beam" / "spinup-beam-modes.html").read_text(encoding="utf-8")
 
 
 def test_page_has_inputs_hashes_versions_and_the_text_of_the_file(page, project):
@@ -168,5 +168,5 @@ def test_cached_body_has_the_same_tables(page):
 
 def test_modal_file_alone_says_what_is_missing(page, tmp_path):
     assert main(["modes", str(page[0][0].file), "--output", str(tmp_path), "--json"]) == 0
-    text = (tmp_path / "spinup-beam.html").read_text(encoding="utf-8")
+    text = (tmp_path / "spinup-beam-modes.html").read_text(encoding="utf-8")
     assert "A modal file alone does not hold materials" in text

@@ -100,5 +100,5 @@ def test_modes_prints_the_page(project, tmp_path, capsys):
     file = project / "pipelines" / "half-beam.toml"
     assert main(["modes", str(file), "--output", str(tmp_path), "--pdf", "--json"]) == 0
     page = json.loads(capsys.readouterr().out)["page"]
-    assert (tmp_path / "half-beam" / "half-beam.pdf").read_bytes().startswith(b"%PDF")
-    assert page.endswith("half-beam.html")
+    assert (tmp_path / "half-beam" / "half-beam-modes.pdf").read_bytes().startswith(b"%PDF")
+    assert page.endswith("half-beam-modes.html")

@@ -106,3 +106,15 @@ def test_a_log_has_one_line_for_a_bar(capsys):
     with console.Reporter().progress("arm.toml: body", 4, stage="assembly") as reach:
         reach(4, "reduction")
     assert capsys.readouterr().out == "arm.toml: body ...\n"
+
+
+def test_a_log_has_tables_as_wide_as_they_need(capsys):
+    """A file folds no row: the wide table of the modes has each candidate in one line, with its whole reason."""
+    reporter, table = console.Reporter(), reduced()
+    table = table.with_(reason=tuple(f"{reason}; {'words ' * 40}end {k}" for k, reason in enumerate(table.reason, 1)))
+    mode_table(table, reporter.console)
+    body_summary(beam(), reporter.console)
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    for k, (kind, reason) in enumerate(zip(table.kind, table.reason, strict=True), start=1):
+        assert sum(line.startswith(f"{k} ") and kind in line and line.endswith(reason) for line in lines) == 1
+    assert max(map(len, lines)) < 500

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
     from modalprep.pipeline.console import Reporter
 
+MODES = "-modes.html"  # ends the names of the pages of `modes`, so that the full report of `run` stays as it is
+
 
 @app.command()
 def modes(
@@ -28,7 +30,7 @@ def modes(
 ) -> None:
     """Print the mode-selection table of a body, and write its report.
 
-    The report is an HTML page beside the modal file.
+    The report is the HTML page NAME-modes.html beside the modal file; the page of modalprep run stays as it is.
     """
     from modalprep.errors import InputError
     from modalprep.pipeline.build.build import build_body
@@ -47,7 +49,7 @@ def modes(
         refuse_shared_folders(file, output)
         built = build_body(file, output_folder(file, output), reporter)
         body, checks, notes = built.body, built.checks, list(built.notes)
-        page, made = built.file.with_suffix(".html"), page_inputs(file, built)
+        page, made = built.file.with_name(f"{built.file.stem}{MODES}"), page_inputs(file, built)
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
@@ -55,7 +57,7 @@ def modes(
 
         if settings:
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
-        page = (output or file.parent) / f"{file.stem}.html"
+        page = (output or file.parent) / f"{file.stem}{MODES}"
         refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
         body, notes, made = read_body(file), [], None
         checks = check_body(body)

@@ -16,7 +16,7 @@ from rich.console import Console
 from modalprep.report.terminal import print_text
 
 COMPILING = "compiling the solver, once: up to a minute"
-LOG_WIDTH = 120  # columns of a log
+LOG_WIDTH = 10_000  # columns of a log, more than any table needs: lines of a file are not folded
 
 
 class Reporter:

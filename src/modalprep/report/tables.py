@@ -149,7 +149,7 @@ def body_summary(body: FlexibleBody, console: Console) -> None:
     for name, value in summary_rows(body):
         grid.add_row(Text(name), Text(value))
     console.print(Text.assemble("Body ", (body.name, "bold")))
-    console.print(Padding(grid, (0, 0, 1, 2)))
+    console.print(Padding(grid, (0, 0, 1, 2), expand=False))
 
 
 def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
