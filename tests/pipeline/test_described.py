@@ -96,7 +96,7 @@ def test_tables_hold_what_the_file_says(pipeline, mesh, checked):
     ]  # fmt: skip
     materials = {row[0]: row for row in tables["materials"].rows}
     assert set(materials) == set(pipeline.materials)
-    assert materials["aluminium"][tables["materials"].columns.index("E (Pa)")] == 70e9
+    assert materials["aluminium"][tables["materials"].columns.index("E (GPa)")] == 70
     numbers = {row[0]: row[1] for row in tables["elements"].rows}
     assert numbers == {kind: len(cells) for kind, cells in checked[0].cells.items() if kind != "vertex"}
     assert [row[0] for row in tables["interfaces"].rows] == [frame.name for frame in checked[0].interfaces]
@@ -117,7 +117,7 @@ def test_rigid_motions_of_a_free_model_have_no_frequency_and_a_spring_to_ground_
 def test_materials_of_solids_and_of_decks_have_all_their_constants():
     wood = Orthotropic3D(E1=11e9, E2=1e9, E3=1e9, nu12=0.3, nu13=0.3, nu23=0.4, G12=1e9, G13=1e9, G23=0.1e9, rho=500.0)
     table = material_table({"wood": wood, "steel": Material(E=210e9, nu=0.3, rho=7800.0)})
-    assert table.columns[2:-1] == (*(f"{name} (Pa)" for name in "E E1 E2 E3 G G12 G13 G23".split()),
+    assert table.columns[2:-1] == (*(f"{name} (GPa)" for name in "E E1 E2 E3 G G12 G13 G23".split()),
                                    "nu", "nu12", "nu13", "nu23")  # fmt: skip
     assert [row[-1] for row in table.rows] == [500.0, 7800.0]
 
@@ -128,7 +128,7 @@ def test_dimensions_have_units():
         {"skin": Shell(plies=(Ply(material=steel, thickness=1e-3, angle=np.pi / 4),), nsm=2.0),
          "block": Solid(material=steel)}, {"steel": steel},
     ).rows  # fmt: skip
-    assert rows[0] == ("skin", "shell", "steel", "1 plies, 0.001 m: 0.001 m at 45°, nsm 2 kg/m²")
+    assert rows[0] == ("skin", "shell", "steel", "1 plies, 1 mm: 1 mm at 45°, nsm 2 kg/m²")
     assert rows[1][2:] == ("steel", "")
 
 

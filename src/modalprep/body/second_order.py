@@ -48,7 +48,7 @@ def with_second_order_mass(
     if choice == "auto" and share <= SHARE:
         return body
     T = np.concatenate([low, modal_mass_growth(model, reduction, slice(len(low), body.n))])
-    much = f"{100 * share:.2g} % of what geometric stiffness does" if share < 10 else f"{share:.2g} times that of Kg"
+    much = f"{100 * share:.0f} % of what geometric stiffness does" if share < 10 else f"{share:.0f} times that of Kg"
     said = (
         "the second-order modal mass (T) is included: under unit acceleration or spin it shifts squared "
         f"frequencies of the lowest modes by up to {much}"

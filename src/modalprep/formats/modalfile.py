@@ -150,6 +150,8 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
         rows[name] = getattr(table, name)
     file["modes"] = rows
     file["modes"].attrs["total"] = table.total
+    if table.held is not None:
+        file["modes"].attrs["held"] = table.held
 
 
 def read_body(path: str | Path, *, checked: bool = True) -> FlexibleBody:
@@ -227,6 +229,9 @@ def _read(file: h5py.File) -> FlexibleBody:
     rows, total = file["modes"][()], np.asarray(file["modes"].attrs["total"], dtype=float)
     if total.shape != (6,) or not np.all(np.isfinite(total)):
         raise InputError("the total of the modes table is not six numbers")
+    held = file["modes"].attrs.get("held")
+    if held is not None and (held.shape != (6,) or not np.all(np.isfinite(held))):
+        raise InputError("the held mass of the modes table is not six numbers")
     cells = {kind: _cells(file, kind, len(points)) for kind in file.get("cells", ())}
     return FlexibleBody(
         **(arrays | {"m": float(arrays["m"])}),
@@ -247,6 +252,7 @@ def _read(file: h5py.File) -> FlexibleBody:
             total=total,
             kept=rows["kept"].astype(bool),
             reason=tuple(x.decode() for x in rows["reason"]),
+            held=None if held is None else np.asarray(held, dtype=float),
         ),
         provenance=dict(json.loads(file.attrs["inputs"])),
     )

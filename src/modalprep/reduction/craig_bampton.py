@@ -19,7 +19,7 @@ from modalprep.reduction.participation import fixed_coupling, interface_shares, 
 from modalprep.reduction.recoveries.shares import Share, recovery_shares
 from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
 from modalprep.reduction.selection import recoveries_named, select
-from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
+from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, OF_INTERFACE, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import refuse_other, refuse_unknown
 
@@ -63,7 +63,7 @@ def with_constraint_modes(table: ModeTable, model: FEModel) -> ModeTable:
     """Return a table with a row for each constraint mode except those of the root."""
     others = [frame.name for frame in model.interfaces if frame.boundary == "fixed"][1:]
     return table.with_rows(
-        CONSTRAINT, [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
+        CONSTRAINT, [f"unit displacement {d}{OF_INTERFACE}{name}" for name in others for d in DIRECTIONS]
     )
 
 

@@ -25,6 +25,7 @@ OPERATORS: dict[type, tuple[Callable, str]] = {
 MIRRORED = {ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE}
 LARGEST = 1e300
 NOTHING = 1e-6  # fraction of the body's mass
+TINY = 1e-5  # fraction below which no digits are written
 RECOVERY = "recovery"
 SHARES = ("effective_mass", "cumulative", "static", "controllability", "observability")
 VALUES = ("frequency", *SHARES, RECOVERY, "mode")
@@ -148,7 +149,11 @@ def recoveries_named(keep: str | Sequence[int]) -> tuple[bool, tuple[str, ...]]:
 
 def _largest(fraction: np.ndarray) -> list[tuple[float, str]]:
     most = fraction.argmax(axis=1)
-    return [(f[d], f"effective mass {100 * f[d]:.3g}% in {DIRECTIONS[d]}") for f, d in zip(fraction, most, strict=True)]
+    return [(f[d], f"effective mass {_share(f[d])} in {DIRECTIONS[d]}") for f, d in zip(fraction, most, strict=True)]
+
+
+def _share(fraction: float) -> str:
+    return f"{100 * fraction:.3g}%" if fraction >= TINY else "below 0.001%"
 
 
 def _cumulative(fraction: np.ndarray) -> list[tuple[float, str]]:
@@ -159,9 +164,7 @@ def _cumulative(fraction: np.ndarray) -> list[tuple[float, str]]:
     np.put_along_axis(before, order, np.cumsum(descending, axis=0) - descending, axis=0)
     before[fraction <= NOTHING] = np.inf
     least = before.argmin(axis=1)
-    return [
-        (b[d], f"heavier modes have {100 * b[d]:.3g}% in {DIRECTIONS[d]}") for b, d in zip(before, least, strict=True)
-    ]
+    return [(b[d], f"heavier modes have {_share(b[d])} in {DIRECTIONS[d]}") for b, d in zip(before, least, strict=True)]
 
 
 def _judge(node: ast.expr, values: Values) -> tuple[bool, str]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
+OF_INTERFACE = " of interface "  # in the reason of a constraint mode
 BODY = "body"  # of a target error: frequencies, static responses and compliance
 FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
@@ -41,6 +42,9 @@ class ModeTable(Record):
     kept : (n,) bool
     reason : tuple of str, length n
         Reason for keeping or dropping the row.
+    held : (6,) float or None
+        Mass (kg) and moments of inertia (kg m^2) about the root interface that stay on the held root, which no mode
+        moves (`modalprep.reduction.held`); None where it was not computed.
 
     Examples
     --------
@@ -59,6 +63,7 @@ class ModeTable(Record):
     total: np.ndarray
     kept: np.ndarray
     reason: tuple[str, ...]
+    held: np.ndarray | None = None
 
     def __repr__(self) -> str:
         """Kept and all candidates, and the range of the kept frequencies."""
@@ -155,6 +160,12 @@ class ModeTable(Record):
             kept=np.append(self.kept, np.ones(n, dtype=bool)),
             reason=(*self.reason, *reason),
         )
+
+    @property
+    def held_interfaces(self) -> tuple[str, ...]:
+        """The interfaces besides the root that were held when the modes were computed: those of constraint modes."""
+        rows = (reason for kind, reason in zip(self.kind, self.reason, strict=True) if kind == CONSTRAINT)
+        return tuple(dict.fromkeys(reason.rpartition(OF_INTERFACE)[2] for reason in rows))
 
     @property
     def fraction(self) -> np.ndarray:

@@ -1,7 +1,9 @@
 // Sorting and filtering of the selection table, values of the MAC matrix under the pointer.
 "use strict";
 (() => {
-const table = document.getElementById("selection"), rows = [...table.tBodies[0].rows], heads = [...table.tHead.rows[0].cells];
+const table = document.getElementById("selection");
+if (!table) return;
+const rows = [...table.tBodies[0].rows], heads = [...table.tHead.rows[0].cells];
 const keyOf = (row, column) => row.cells[column].dataset.sort ?? row.cells[column].textContent.trim();
 function sort(head, column) {
   const up = head.getAttribute("aria-sort") !== "ascending", numeric = head.classList.contains("n");
@@ -32,8 +34,10 @@ function apply() {
 filter.addEventListener("input", apply);
 filter.addEventListener("submit", event => event.preventDefault());
 apply();
+})();
 
 // ---------- contents and paper ----------
+(() => {
 const contents = document.querySelector("#contents details"), narrow = matchMedia("(max-width: 600px)");
 const fold = () => { contents.open = !narrow.matches; };
 narrow.addEventListener("change", fold);

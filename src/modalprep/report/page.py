@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from datetime import UTC, datetime
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined, Template
-from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.report.body_page import parts
 from modalprep.report.body_page.inputs import Inputs, energy_section, inputs_section
+from modalprep.report.body_page.mass import mass_section
 from modalprep.report.body_page.section import Section, Verdict
-from modalprep.report.body_page.verdicts import of_checks, of_envelopes, of_errors, verdict_box
+from modalprep.report.body_page.verdicts import of_checks, of_envelopes, of_errors
+from modalprep.report.frame import page_text
 from modalprep.report.mac import mac_chart
+from modalprep.report.numbers import number
 from modalprep.report.scene import drawable
 
 if TYPE_CHECKING:
@@ -99,6 +95,7 @@ def write_page(
     drawn, inputs, chart = drawable(body), inputs or Inputs(), mac_chart(body, nodal_mass)
     found = [
         parts.overview(body, notes, mesh_picture),
+        mass_section(body),
         inputs_section(inputs),
         *parts.modes(body, drawn, pictures or {}),
         parts.selection(body.modes, mass_plot),
@@ -116,48 +113,20 @@ def write_page(
         *of_envelopes(envelopes),
         *of_errors(errors, error_limits or {}),
         *verdicts,
-        *_of_sections(sections),
     ]
-    text = _frame(body, found, said, {"scene": drawn[0], "mac-values": chart and _values(chart)})
+    text = page_text(
+        body.name, "modal body", _lead(body), found, said, {"scene": drawn[0], "mac-values": chart and _values(chart)}
+    )
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
 
 
-def _of_sections(sections: Sequence[Section]) -> list[Verdict]:
-    """Return the verdicts of the sections, with links to them."""
-    return [replace(v, anchor=v.anchor or section.anchor) for section in sections for v in section.verdicts]
+def _lead(body: FlexibleBody) -> str:
+    table = body.modes
+    kept = f"Of {len(table.kept)} candidate vectors of the reduction {table.kept.sum()} were kept."
+    return f"Modal body with {body.n} modes, {number(body.m, 6)} kg. {kept}"
 
 
 def _values(chart: dict[str, Any]) -> dict[str, Any]:
     return {"values": chart["values"], "frequencies": chart["frequencies"]}
-
-
-def _frame(body: FlexibleBody, sections: Sequence[Section], verdicts: Sequence[Verdict], data: dict[str, Any]) -> str:
-    date = datetime.now(UTC).isoformat(timespec="seconds")
-    return _template().render(
-        body=body,
-        table=body.modes,
-        date=date,
-        box=verdict_box(verdicts),
-        sections=sections,
-        data=data,
-        style=Markup(_file("page.css") + _file("body_page/paper.css") + _margins(body.name, date)),
-        script=Markup(_file("page.js") + _file("viewer.js")),
-    )
-
-
-@cache
-def _template() -> Template:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(_file("page.html"))
-
-
-def _margins(name: str, date: str) -> str:
-    """Return the header and the footer of the sheets; every sign of a name but letters and digits is escaped."""
-    text = re.sub(r"[^A-Za-z0-9]", lambda sign: f"\\{ord(sign[0]):x} ", f"{name}: modal body")
-    return f"@page {{ @top-left {{ content: '{text}'; }} @bottom-left {{ content: '{date}'; }} }}\n"
-
-
-def _file(name: str) -> str:
-    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
+from modalprep.report.numbers import number, quantity, shown_unit
 from modalprep.report.tables import hertz, margin_of_safety, prefixed
 from modalprep.report.terminal import plain_table, print_table
 from modalprep.response.result import Peak, Response
@@ -43,7 +44,7 @@ QUANTITIES = {
     "N": "force", "N m": "moment", "m/s^2": "acceleration", "m/s": "velocity", "m": "displacement", "rad": "rotation",
     "rad/s^2": "angular acceleration", "rad/s": "angular velocity", "Pa": "stress", "N/m": "force per length",
 }  # fmt: skip
-PREFIXED = ("N", "N m", "m", "Pa", "J")  # axes in decades have their labels in these units with SI prefixes
+PREFIXED = ("N", "N m", "m", "J")  # axes in decades have their labels in these units with SI prefixes
 NOTHING = 1e-9  # of the largest of a unit: round-off in a direction that nothing drives
 ALIKE = {"N m": "N", "rad/s^2": "m/s^2", "rad": "m"}  # at an arm of 1 m
 
@@ -67,16 +68,23 @@ def peak_rows(response: Response) -> list[tuple[str, ...]]:
     Examples
     --------
     >>> peak_rows(_example())
-    [('tip.acceleration.x', '3 m/s^2', '7 Hz', '90 °', '')]
+    [('tip.acceleration.x', '3 m/s² (0.3059 g)', '7 Hz', '90 °', '')]
     """
-    rows = []
-    for peak in sorted(_notable(response.worst()), key=lambda x: np.isnan(x.margin)):
-        cells = [_cell(key, peak) for key in HEADS[response.kind]]
-        rows.append((peak.channel, *cells, margin_of_safety(peak.margin)))
-    return rows
+    return [(*peak_cells(peak, response.kind), margin_of_safety(peak.margin)) for peak in listed_peaks(response)]
 
 
-def _notable(peaks: list[Peak]) -> list[Peak]:
+def listed_peaks(response: Response) -> list[Peak]:
+    """Return the largest peak of each component, those with a margin first, without round-off."""
+    return sorted(notable(response.worst()), key=lambda x: np.isnan(x.margin))
+
+
+def peak_cells(peak: Peak, kind: str) -> tuple[str, ...]:
+    """Return channel and figures of a peak in a response of a kind, as texts with units."""
+    return (peak.channel, *(_cell(key, peak) for key in HEADS[kind]))
+
+
+def notable(peaks: list[Peak]) -> list[Peak]:
+    """Return the peaks that are more than round-off beside the largest of their unit."""
     top: dict[str, float] = {}
     for peak in peaks:
         unit = ALIKE.get(peak.unit, peak.unit)
@@ -88,8 +96,9 @@ def _cell(key: str, peak: Peak) -> str:
     value = peak.figures.get(key, np.nan)
     if np.isnan(value):
         return ""
-    text = hertz(value) if SUFFIX.get(key) == "Hz" else f"{value:.4g}"
-    return f"{text} {SUFFIX.get(key, peak.unit)}"
+    if SUFFIX.get(key) == "Hz":
+        return f"{hertz(value)} Hz"
+    return f"{number(value)} {SUFFIX[key]}" if key in SUFFIX else quantity(value, peak.unit)
 
 
 def peak_table(name: str, response: Response, console: Console) -> None:
@@ -152,7 +161,7 @@ def response_plot(response: Response, path: str | Path) -> Path:
 def _panels(response: Response) -> dict[str, list[str]]:
     """Return the channels to draw by unit: of each component its largest, the largest first."""
     found: dict[str, list[Peak]] = {}
-    for peak in _notable(response.worst()):
+    for peak in notable(response.worst()):
         if peak.channel in response.names:
             found.setdefault(peak.unit, []).append(peak)
     units = sorted(found, key=lambda unit: unit.startswith("rad"))  # rotations last
@@ -161,32 +170,34 @@ def _panels(response: Response) -> dict[str, list[str]]:
 
 
 def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
-    for k, name in enumerate(names):
-        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        mark, y = "o" if len(response.axis) < FEW else "", response[name]
-        y = y if response.kind == "transient" else np.abs(y)
-        axes.plot(response.axis, y, label=named(name), linewidth=1.8, marker=mark, **style)
-        if response.steady is not None:
-            steady = response.steady[:, response.names.index(name)]
-            label = "steady state" if k == 0 else None
-            axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":", label=label)
     random = response.kind == "random"
+    factor, shown = shown_unit(unit)
+    factor = factor**2 if random else factor
+    curves = [factor * (response[name] if response.kind == "transient" else np.abs(response[name])) for name in names]
+    steady = [] if response.steady is None else [factor * response.steady[:, response.names.index(n)] for n in names]
+    for k, (name, y) in enumerate(zip(names, curves, strict=True)):
+        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
+        mark = "o" if len(response.axis) < FEW else ""
+        axes.plot(response.axis, y, label=named(name), linewidth=1.8, marker=mark, **style)
+        if steady:
+            label = "steady state" if k == 0 else None
+            axes.plot(response.axis, steady[k], color=style["color"], linewidth=1.0, linestyle=":", label=label)
     if response.kind != "transient":
         axes.set_xscale("log")
         axes.set_yscale("log")
         plain_decades(axes.xaxis)
-        largest = max(float(values.max()) for values in _magnitudes(response, names))
-        bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
+        largest = max(float(values.max()) for values in (*curves, *steady))
+        bottom = max(1e-6 * largest, 0.5 * min(map(_smallest, curves)))
         axes.set_ylim(bottom, 2 * largest)
-        axes.yaxis.set_major_formatter(LogFormatterSciNotation() if random else FuncFormatter(_decade(unit)))
-        shown_unit = unit if random or unit not in PREFIXED else ""
+        axes.yaxis.set_major_formatter(LogFormatterSciNotation() if random else FuncFormatter(_decade(shown)))
+        shown = shown if random or shown not in PREFIXED else ""
     else:
-        factor, shown_unit = prefixed(unit, max(float(np.abs(response[name]).max()) for name in names))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{factor * y:.4g}"))
-    shown = response.axis if response.kind == "transient" else response.axis[response.axis > 0]
-    if len(shown) > 1:
-        axes.set_xlim(shown[0], shown[-1])
-    axes.set_ylabel(_quantity(names, unit, shown_unit, random=random))
+        prefix, shown = prefixed(shown, max(float(np.abs(y).max()) for y in curves))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: number(prefix * y)))
+    at = response.axis if response.kind == "transient" else response.axis[response.axis > 0]
+    if len(at) > 1:
+        axes.set_xlim(at[0], at[-1])
+    axes.set_ylabel(_quantity(names, unit, shown, random=random))
     add_head(axes, "")
     plain_axes(axes, grid="both")
 
@@ -195,15 +206,26 @@ def _quantity(names: list[str], unit: str, shown: str, *, random: bool) -> str:
     """Return what an axis shows, with the unit unless its ticks have it; a single curve has no legend, so its name."""
     text = shown.replace("^2", "²")
     if random:
-        text = f"{text}²/Hz" if text.isalpha() else f"({text})²/Hz"
+        text = squared(text)
     what = names[0] if len(names) == 1 else QUANTITIES.get(unit, "")
     return f"{what} ({text})" if what and text else what or text
+
+
+def squared(unit: str) -> str:
+    """Return the unit of a power spectral density.
+
+    Examples
+    --------
+    >>> squared("g"), squared("rad/s²")
+    ('g²/Hz', '(rad/s²)²/Hz')
+    """
+    return f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
 
 
 def _decade(unit: str) -> Callable[[float, int], str]:
     """Return what labels the decades of an axis: with SI prefixes where the unit takes them, else as numbers."""
     if unit not in PREFIXED:
-        return lambda value, _: f"{value:g}"
+        return lambda value, _: number(value)
     return lambda value, _: f"{value * prefixed(unit, value)[0]:g} {prefixed(unit, value)[1]}"
 
 
@@ -212,12 +234,6 @@ def plain_decades(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
-
-
-def _magnitudes(response: Response, names: list[str]) -> list[np.ndarray]:
-    """Return the curves, those of the steady state included."""
-    steady = [] if response.steady is None else [response.steady[:, response.names.index(name)] for name in names]
-    return [*(np.abs(response[name]) for name in names), *steady]
 
 
 def _smallest(values: np.ndarray) -> float:

@@ -11,7 +11,8 @@ from rich.text import Text
 
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
-from modalprep.report.responses import plain_decades, print_rows
+from modalprep.report.numbers import number, quantity, shown_unit
+from modalprep.report.responses import plain_decades, print_rows, squared
 from modalprep.report.tables import hertz
 from modalprep.response.fatigue import Fatigue
 from modalprep.response.limits import NotchedInput
@@ -21,6 +22,7 @@ NOTCH = ("from", "to", "deepest at", "depth", "ruled by")  # columns of `notch_r
 FATIGUE = ("channel", "cycles", "largest amplitude", "damage", "life")
 DRAWN, FLOOR = 6, 1e-3  # curves in a panel, and their lowest value beside the largest
 HOUR = 3600.0
+LONGEST, SLIGHTEST = 1e6, 1e-6  # h and damage, beyond which a number says nothing more
 
 
 def notch_rows(cut: NotchedInput) -> list[tuple[str, ...]]:
@@ -63,12 +65,19 @@ def fatigue_rows(found: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
     [('a', '1', '2', '0.01', '0.0556 h')]
     """
     return [
-        (name, f"{x.cycles:.6g}", f"{x.largest:.4g}", f"{x.damage:.3g}", _hours(x.life)) for name, x in found.items()
+        (name, number(x.cycles), quantity(x.largest, x.unit), _damage(x.damage), _hours(x.life))
+        for name, x in found.items()
     ]
 
 
+def _damage(damage: float) -> str:
+    return number(damage, 3) if damage == 0 or damage >= SLIGHTEST else "below 10⁻⁶"
+
+
 def _hours(life: float) -> str:
-    return f"{life / HOUR:.3g} h" if np.isfinite(life) else "no damage"
+    if not np.isfinite(life):
+        return "no damage"
+    return f"{number(life / HOUR, 3)} h" if life < LONGEST * HOUR else "over 10⁶ h"
 
 
 def fatigue_table(name: str, found: Mapping[str, Fatigue], console: Console) -> None:
@@ -100,9 +109,11 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
     """
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    above.plot(cut.frequency, cut.given, color=GREY, linewidth=1.4, linestyle=LINES[1], label="given input")
-    above.plot(cut.frequency, cut.notched, color=CURVES[0], linewidth=1.8, label="notched input")
-    above.set_ylabel(f"input (({unit})²/Hz)" if cut.density else f"input ({unit})")
+    factor, unit = shown_unit(unit.replace("²", "^2"))
+    factor, unit = factor**2 if cut.density else factor, unit.replace("^2", "²")
+    above.plot(cut.frequency, factor * cut.given, color=GREY, linewidth=1.4, linestyle=LINES[1], label="given input")
+    above.plot(cut.frequency, factor * cut.notched, color=CURVES[0], linewidth=1.8, label="notched input")
+    above.set_ylabel(f"input ({squared(unit)})" if cut.density else f"input ({unit})")
     before, after = _shares(cut)
     for k, name in enumerate(sorted(before, key=lambda x: -before[x].max())[:DRAWN]):
         colour = CURVES[k % len(CURVES)]

@@ -15,6 +15,7 @@ from rich.text import Text
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
+from modalprep.report.numbers import number, quantity
 from modalprep.report.terminal import plain_table, print_table
 
 WIDE = 105  # columns; with fewer, each row names its largest directions only
@@ -198,7 +199,7 @@ def _inertia_rows(E0: np.ndarray) -> list[tuple[str, str]]:
 def _vector(v: np.ndarray) -> str:
     """Write to five digits of the largest component; smaller ones are mesh noise."""
     scale = np.abs(v).max(initial=0.0)
-    return "(" + ", ".join(f"{0.0 if abs(x) < 5e-6 * scale else x:.5g}" for x in v) + ")"
+    return "(" + ", ".join(number(0.0 if abs(x) < 5e-6 * scale else x, 5) for x in v) + ")"
 
 
 def percent(value: float) -> str:
@@ -251,10 +252,10 @@ def envelope_rows(envelopes: Sequence[Envelope]) -> list[tuple[str, ...]]:
     found = []
     for row in (row for envelope in envelopes for row in envelope.worst()):
         time = row["at_s"] if row["highest"] >= -row["lowest"] else row["lowest_at_s"]
-        extremes = (f"{row[key]:.4g} {row['unit']}" for key in ("highest", "lowest"))
+        extremes = (quantity(row[key], row["unit"]) for key in ("highest", "lowest"))
         name = f"{row['body']}.{row['recovery']}"
         found.append(
-            (name, row["component"], *extremes, row["place"], f"{time:.4g} s", margin_of_safety(row["margin"]))
+            (name, row["component"], *extremes, row["place"], f"{number(time)} s", margin_of_safety(row["margin"]))
         )
     return found
 

@@ -38,6 +38,8 @@ class Fatigue(Record):
         ``rainflow``, ``dirlik`` or ``narrow_band``.
     notes : tuple of str
         What was taken otherwise than asked for, or left open.
+    unit : str
+        Of the amplitudes, such as ``Pa``; empty where it is not known.
 
     References
     ----------
@@ -53,6 +55,7 @@ class Fatigue(Record):
     largest: float
     method: str
     notes: tuple[str, ...] = ()
+    unit: str = ""
 
     @property
     def life(self) -> float:

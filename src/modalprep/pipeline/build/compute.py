@@ -30,6 +30,7 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import modal_damping
+from modalprep.reduction.held import held_mass
 from modalprep.reduction.recoveries.convergence import recovery_convergence
 
 FELT = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)
@@ -75,7 +76,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
         damping = target_damping(pipeline.reduction.damping)
-        body = body.with_(D=modal_damping(body, damping))
+        body = body.with_(D=modal_damping(body, damping), modes=body.modes.with_(held=held_mass(model)))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)

@@ -25,14 +25,16 @@ from modalprep.pipeline.build.program import file_digest, program
 from modalprep.pipeline.build.sources import needed_files
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.report.body_page.inputs import Inputs
-from modalprep.report.body_page.table import Table
+from modalprep.report.body_page.table import Table, written
 
 MODULI = ("E", "E1", "E2", "E3", "G", "G12", "G13", "G23")
 RATIOS = ("nu", "nu12", "nu13", "nu23")
 UNITS = {
-    "A": "m²", "Iy": "m⁴", "Iz": "m⁴", "J": "m⁴", "thickness": "m", "offset": "m", "mass": "kg", "inertia": "kg m²",
+    "A": "mm²", "Iy": "mm⁴", "Iz": "mm⁴", "J": "mm⁴", "thickness": "mm", "offset": "mm", "mass": "kg",
+    "inertia": "kg m²",
     "translation": "N/m", "rotation": "N m/rad", "angle": "rad",
 }  # fmt: skip
+FACTORS = {"mm": 1e3, "mm²": 1e6, "mm⁴": 1e12}
 NSM = {Beam: "kg/m", Truss: "kg/m", Shell: "kg/m²"}
 HIDDEN = ("material", "plies", "bending_material", "shear_material", "fibres", "taper")  # said otherwise
 
@@ -69,7 +71,7 @@ def _units(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Table:
         ("file", mesh.source),
         ("length unit of the file", f"{table.length_unit} = {mesh.scale:g} m"),
         ("mass unit of the file", table.mass_unit or "not given: SI"),
-        ("nodes", str(len(mesh.points))),
+        ("nodes", _nodes(mesh, model)),
         ("elements", str(sum(map(len, model.cells.values())))),
         ("degrees of freedom", f"{model.n_dof}, of which {len(model.free)} are independent"),
         ("origin of the body frame", f"({', '.join(f'{x:.6g}' for x in model.origin)}) m in the mesh"),
@@ -77,6 +79,15 @@ def _units(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Table:
     if pipeline.mesh is not None:
         rows.append(("distribution of the mass", pipeline.mesh.mass))
     return Table(name="model", columns=("quantity", "value"), rows=rows)
+
+
+def _nodes(mesh: Mesh, model: FEModel) -> str:
+    """Say how many nodes the model has, how many of them are added to those of the file, and how many have no DOF."""
+    count, added = len(model.points), len(model.points) - len(mesh.points)
+    bare = int(np.count_nonzero(np.all(model.dof[:count] < 0, axis=1)))
+    parts = [f"{added} that connections add to the {len(mesh.points)} of the file"] if added else []
+    parts += [f"{bare} without degrees of freedom"] if bare else []
+    return f"{count}, of which {' and '.join(parts)}" if parts else str(count)
 
 
 def _materials(pipeline: Pipeline, sections: Mapping[str, Property]) -> dict[str, Any]:
@@ -103,15 +114,20 @@ def material_table(materials: Mapping[str, Any]) -> Table:
     --------
     >>> steel = Material(E=210e9, nu=0.3, rho=7800.0)
     >>> material_table({"steel": steel}).columns
-    ('material', 'kind', 'E (Pa)', 'G (Pa)', 'nu', 'density (kg/m³)')
+    ('material', 'kind', 'E (GPa)', 'G (GPa)', 'nu', 'density (kg/m³)')
     """
     names = [name for name in (*MODULI, *RATIOS) if any(hasattr(material, name) for material in materials.values())]
-    units = [f"{name} (Pa)" if name in MODULI else name for name in names]
+    units = [f"{name} (GPa)" if name in MODULI else name for name in names]
     rows = [
-        (key, _kind(material), *(getattr(material, name, None) for name in names), material.rho)
+        (key, _kind(material), *(_modulus(material, name) for name in names), material.rho)
         for key, material in materials.items()
     ]
     return Table(name="materials", columns=("material", "kind", *units, "density (kg/m³)"), rows=rows)
+
+
+def _modulus(material: Any, name: str) -> float | None:
+    value = getattr(material, name, None)
+    return value / 1e9 if name in MODULI and value is not None else value
 
 
 def _kind(material: Any) -> str:
@@ -127,7 +143,7 @@ def section_table(sections: Mapping[str, Property], materials: Mapping[str, Any]
     --------
     >>> steel = Material(E=210e9, nu=0.3, rho=7800.0)
     >>> section_table({"skin": Shell(material=steel, thickness=2e-3)}, {"steel": steel}).rows
-    [('skin', 'shell', 'steel', 'thickness 0.002 m')]
+    [('skin', 'shell', 'steel', 'thickness 2 mm')]
     """
     rows = []
     for group, section in sections.items():
@@ -144,12 +160,13 @@ def _dimensions(section: Property) -> str:
     """Return what of a section is not a default, with units."""
     said = []
     if getattr(section, "plies", ()):
-        said.append(f"{len(section.plies)} plies, {sum(ply.thickness for ply in section.plies):g} m: {_stack(section)}")
+        whole = _number(sum(ply.thickness for ply in section.plies), 1e3)
+        said.append(f"{len(section.plies)} plies, {whole} mm: {_stack(section)}")
     for field in fields(section):
         value = getattr(section, field.name)
         if field.name not in HIDDEN and value != field.default and value is not None:
             unit = NSM.get(type(section), "") if field.name == "nsm" else UNITS.get(field.name, "")
-            said.append(f"{field.name} {_number(value)} {unit}".strip())
+            said.append(f"{field.name} {_number(value, FACTORS.get(unit, 1.0))} {unit}".strip())
     if getattr(section, "taper", ()):
         said.append(f"tapered, {len(section.taper)} sections")
     return ", ".join(said)
@@ -157,15 +174,15 @@ def _dimensions(section: Property) -> str:
 
 def _stack(section: Shell) -> str:
     def one(ply: Ply) -> str:
-        return f"{ply.thickness:g} m" + (f" at {np.degrees(ply.angle):g}°" if ply.angle else "")
+        return f"{_number(ply.thickness, 1e3)} mm" + (f" at {np.degrees(ply.angle):g}°" if ply.angle else "")
 
     return " / ".join(map(one, section.plies))
 
 
-def _number(value: Any) -> str:
+def _number(value: Any, factor: float = 1.0) -> str:
     if isinstance(value, tuple):
-        return f"({', '.join(map(_number, value))})"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+        return f"({', '.join(_number(each, factor) for each in value)})"
+    return written(factor * value, ".6g") if isinstance(value, float) or factor != 1 else str(value)
 
 
 def mass_table(model: FEModel, sections: Mapping[str, Property]) -> Table:
@@ -232,10 +249,10 @@ def _links(pipeline: Pipeline, mesh: Mesh) -> list[Table]:
 def _interfaces(pipeline: Pipeline, model: FEModel) -> Table:
     given = pipeline.interfaces
     rows = []
-    for number, frame in enumerate(model.interfaces):
+    for k, frame in enumerate(model.interfaces):
         place = (frame.position + model.origin).tolist()
         kind = given[frame.name].kind if frame.name in given else ""
-        rows.append((frame.name, "root" if number == 0 else "", kind or "", frame.boundary, len(frame.nodes), *place))
+        rows.append((frame.name, "root" if k == 0 else "", kind or "", frame.boundary, len(frame.nodes), *place))
     columns = ("interface", "role", "kind", "boundary", "tied nodes", "x (m)", "y (m)", "z (m)")
     return Table(name="interfaces", columns=columns, rows=rows, caption="Places in the coordinates of the mesh.")
 

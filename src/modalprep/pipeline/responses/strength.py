@@ -116,7 +116,10 @@ def _fatigue(
     found: Strength, name: str, table: FatigueTable, source: Result | Response, target: Path, reporter: Reporter
 ) -> None:
     axis, channels = channels_of(table, source)
-    damage = {key: _damage(table, source, axis, values) for key, values in channels.items()}
+    damage = {
+        key: _damage(table, source, axis, values).with_(unit=_unit(table, source, key))
+        for key, values in channels.items()
+    }
     rows = [(key, x.cycles, x.largest, x.damage, x.life, x.method) for key, x in damage.items()]
     heads = ("channel", "cycles", "largest amplitude", "damage", "life (s)", "method")
     reporter.wrote(write_table(heads, rows, target))
@@ -129,6 +132,14 @@ def _fatigue(
     failed = [key for key, x in damage.items() if x.damage >= 1]
     if failed:
         found.notes.append(f"fatigue {name}: damage of 1 or more, which is failure, at {', '.join(failed)}")
+
+
+def _unit(table: FatigueTable, source: Result | Response, channel: str) -> str:
+    """Return the unit of the amplitudes; a scale makes stress of forces and moments."""
+    units = dict(zip(source.names, source.units, strict=True)) if isinstance(source, Response) else {}
+    unit = units.get(channel, "Pa" if ".stress." in channel else "")
+    scaled = "Pa" if unit in ("Pa", "N", "N m") else ""
+    return unit if table.scale == 1 else scaled
 
 
 def _damage(table: FatigueTable, source: Result | Response, axis: np.ndarray, values: np.ndarray) -> Fatigue:

@@ -11,6 +11,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.body_page.table import Table
+from modalprep.report.numbers import quantity
 
 UNITS = ("kg",) * 3 + ("kg m²",) * 3
 NEGLIGIBLE = 1e-9  # of the mass or inertia of the body: round-off of modes that do not move it
@@ -130,18 +131,23 @@ def recovery_table(body: FlexibleBody) -> Table:
     """Return what the body recovers: kind, places, components with units, allowable."""
     rows: list[tuple[Any, ...]] = [
         (name, block.kind, len(block.places), _listed(block.places), _listed(block.components), _units(block.units),
-         block.allowable)
+         _allowable(block.allowable, block.units))
         for name, block in body.recovery.items()
     ]  # fmt: skip
     rows += [
-        (name, "stress at a point", 1, name, _listed(at.components), "Pa", None) for name, at in body.stress.items()
+        (name, "stress at a point", 1, name, _listed(at.components), "Pa", "none given")
+        for name, at in body.stress.items()
     ]
     return Table(
         name="recoveries",
         columns=("name", "kind", "places", "first and last", "components", "units", "allowable"),
         rows=rows,
-        caption="Quantities with recovery matrices in the modal file; an empty allowable means that none is given.",
+        caption="Quantities with recovery matrices in the modal file.",
     )
+
+
+def _allowable(allowable: float | None, units: tuple[str, ...]) -> str:
+    return "none given" if allowable is None else quantity(allowable, units[0])
 
 
 def _listed(names: tuple[str, ...]) -> str:

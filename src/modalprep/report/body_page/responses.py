@@ -6,20 +6,28 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 from markupsafe import Markup
 
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
 from modalprep.report.body_page.verdicts import of_damage, of_response
-from modalprep.report.responses import MEANING, peak_columns, peak_rows
+from modalprep.report.numbers import quantity
+from modalprep.report.responses import MEANING, listed_peaks, notable, peak_cells, peak_columns
 from modalprep.report.strength import FATIGUE, NOTCH, fatigue_rows, notch_rows
+from modalprep.report.tables import margin_of_safety
 from modalprep.response.fatigue import Fatigue
 from modalprep.response.limits import NotchedInput
-from modalprep.response.result import Response
+from modalprep.response.modal import BASE
+from modalprep.response.result import PARTS, Peak, Response
 
 WHOLE = (
     "Of each vector and each recovery the component with the largest value is listed at the place where it has it; "
     "all channels are in the CSV files beside this page."
+)
+MARGIN = "Margin of safety: allowable / peak - 1 (three sigma of a random response); a negative one is red."
+INTERFACE_FORCES = (
+    "Interface forces: the force and the moment that the support exerts on the root, about the root, without round-off."
 )
 NOTCHED = (
     "Notches: the input is lowered where a response would exceed its limit, so that it is at the limit there; the "
@@ -41,10 +49,50 @@ def response_section(
     """
     anchor = f"response-{_anchor(name)}"
     said = f"{response.kind.capitalize()} response to {', '.join(response.inputs)}. {WHOLE}"
-    table = Table(name=f"{anchor}-peaks", columns=peak_columns(response), rows=peak_rows(response))
-    html = paragraph(said) + table.html() + chart(plot, f"{MEANING[response.kind]} of the largest channels")
+    html = paragraph(said) + peaks_table(anchor, response).html() + forces_table(anchor, response).html()
+    html += chart(plot, f"{MEANING[response.kind]} of the largest channels")
     html += _notches(anchor, cut, notch_plot) if cut is not None and notch_plot is not None else ""
     return Section(title=f"Response {name}", anchor=anchor, html=html, verdicts=of_response(name, response))
+
+
+def peaks_table(anchor: str, response: Response) -> Table:
+    """Return the peaks of the components with what is allowed and the margin of safety.
+
+    Examples
+    --------
+    >>> from modalprep.report.responses import _example
+    >>> peaks_table("sine", _example()).columns
+    ('channel', 'peak', 'at', 'phase', 'allowable', 'margin of safety')
+    """
+    rows = [
+        (*peak_cells(peak, response.kind), _allowable(peak), margin_of_safety(peak.margin))
+        for peak in listed_peaks(response)
+    ]
+    columns = (*peak_columns(response)[:-1], "allowable", "margin of safety")
+    return Table(name=f"{anchor}-peaks", columns=columns, rows=rows, caption=MARGIN)
+
+
+def _allowable(peak: Peak) -> str:
+    """Return what is allowed: for recoveries, which may lack it; nothing for the base and interfaces."""
+    if np.isnan(peak.margin):
+        return "" if peak.place in PARTS else "none given"
+    return quantity(peak.largest * (1 + peak.margin), peak.unit)
+
+
+def forces_table(anchor: str, response: Response) -> Table:
+    """Return the peaks of the forces and moments at the root, whether they were asked for or not.
+
+    Examples
+    --------
+    >>> from modalprep.report.responses import _example
+    >>> forces_table("sine", _example()).rows
+    []
+    """
+    own = [peak for peak in response.peaks if peak.block == BASE and peak.place in ("force", "moment")]
+    rows = [peak_cells(peak, response.kind) for peak in notable(own)]
+    return Table(
+        name=f"{anchor}-interface-forces", columns=peak_columns(response)[:-1], rows=rows, caption=INTERFACE_FORCES
+    )
 
 
 def _anchor(name: str) -> str:

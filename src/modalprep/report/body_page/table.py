@@ -15,6 +15,7 @@ import numpy as np
 from markupsafe import Markup
 
 from modalprep.atomic import csv_text
+from modalprep.report.numbers import number, raised
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -41,7 +42,8 @@ class Table:
     below : sequence of rows
         Further rows in the foot, such as what the sums are compared with.
     forms : {column: format}
-        How numbers are written; default ``.5g``. The CSV file has them in full.
+        How numbers are written; default ``.5g``. The page has powers of ten in place of exponents, and those of forms
+        with ``g`` below 1e-4 and from 1e7 only. The CSV file has the numbers in full.
     heat : sequence of str
         Columns whose numbers, in %, shade their cells; their headings stand upright.
     marks : sequence of str
@@ -114,7 +116,7 @@ class Table:
 
 
 def _class(column: str, text: str) -> str:
-    return "bad" if column == "margin" and text.startswith("-") else CLASSES.get(text, "")
+    return "bad" if column.startswith("margin") and text.startswith("-") else CLASSES.get(text, "")
 
 
 def written(cell: Any, form: str = ".5g") -> str:
@@ -129,7 +131,9 @@ def written(cell: Any, form: str = ".5g") -> str:
         return ""
     if isinstance(cell, (bool, np.bool_)):
         return "yes" if cell else "no"
-    return format(float(cell), form) if isinstance(cell, (float, np.floating)) else str(cell)
+    if not isinstance(cell, (float, np.floating)):
+        return str(cell)
+    return number(float(cell), int(form[1:-1])) if form.endswith("g") else raised(format(float(cell), form))
 
 
 def _plain(cell: Any) -> str:

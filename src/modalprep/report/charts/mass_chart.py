@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import COLOURS, GREY, INK, plain_axes
-from modalprep.report.tables import prefixed
+from modalprep.report.numbers import number
 
 NAMED = 12  # vectors at most that have a colour of their own
 LEAST = 4.0  # % in some direction, from which on they have it
@@ -68,8 +68,7 @@ def _named(share: np.ndarray) -> np.ndarray:
 
 def _words(table: ModeTable, k: int) -> str:
     """Return the frequency of a vector, or its kind if it has none."""
-    factor, unit = prefixed("Hz", table.frequency[k])
-    return f"{factor * table.frequency[k]:.4g} {unit}" if np.isfinite(table.frequency[k]) else table.kind[k]
+    return f"{number(table.frequency[k])} Hz" if np.isfinite(table.frequency[k]) else table.kind[k]
 
 
 def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, style: dict[str, str], words: tuple[str, ...]) -> None:

@@ -1,0 +1,72 @@
+"""The frame of a page: title, box of the verdict, contents, sections, sign-off, styles and scripts in one file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined, Template
+from markupsafe import Markup
+
+from modalprep.report.body_page.section import Section, Verdict
+from modalprep.report.body_page.sign_off import sign_off
+from modalprep.report.body_page.verdicts import verdict_box
+
+
+def page_text(
+    name: str,
+    kind: str,
+    lead: str,
+    sections: Sequence[Section],
+    verdicts: Sequence[Verdict],
+    data: Mapping[str, Any] | None = None,
+) -> str:
+    """Return a page with a box of the verdicts, and those of its sections, at the top and a sign-off at the end.
+
+    Parameters
+    ----------
+    kind : str
+        What the page is about, in its title and at the head of its sheets, such as "modal body".
+    lead : str
+        A sentence below the title.
+    data : {id: data}, optional
+        What the scripts of the page read.
+    """
+    date = datetime.now(UTC).isoformat(timespec="seconds")
+    return _template().render(
+        name=name,
+        kind=kind,
+        lead=lead,
+        date=date,
+        box=verdict_box([*verdicts, *_of_sections(sections)]),
+        sections=[*sections, sign_off(f"{name}: {kind}", date)],
+        data=data or {},
+        style=Markup(_file("page.css") + _file("body_page/paper.css") + _margins(f"{name}: {kind}", date)),
+        script=Markup(_file("page.js") + (_file("viewer.js") if data else "")),
+    )
+
+
+def _of_sections(sections: Sequence[Section]) -> list[Verdict]:
+    """Return the verdicts of the sections, with links to them."""
+    return [replace(v, anchor=v.anchor or section.anchor) for section in sections for v in section.verdicts]
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(_file("page.html"))
+
+
+def _margins(head: str, date: str) -> str:
+    """Return the header and the footer of the sheets; every sign of a name but letters and digits is escaped."""
+    text = re.sub(r"[^A-Za-z0-9]", lambda sign: f"\\{ord(sign[0]):x} ", head)
+    return f"@page {{ @top-left {{ content: '{text}'; }} @bottom-left {{ content: '{date}'; }} }}\n"
+
+
+def _file(name: str) -> str:
+    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")
