@@ -107,6 +107,7 @@ def flexible_body(
         cells=model.cells,
         shape=nodal_shape(model, Phi),
         modes=reduction.table,
+        truncation=reduction.truncation,
         energy=_strain_energy(model, Phi, reduction.frequency > 0),
         volume=model.strain_energy.volume() if model.strain_energy else {},
         stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},

@@ -68,6 +68,9 @@ class FlexibleBody(Record):
         in the same modes as `stress`.
     modal_mass : (n, n)
         ``int rho phi^T phi``; the identity, except for a body with the modes of another fill level (levels.py).
+    truncation : (n,)
+        Share of each mode in the truncation vectors, 0 to 1: what has most of it there is no mode of the structure, and
+        its frequency no resonance (theory 3.4).
     modes : ModeTable
         The candidates of the reduction with the reason for keeping or dropping each.
     provenance : dict of str
@@ -112,11 +115,14 @@ class FlexibleBody(Record):
     recovery: dict[str, Recovery] = field(default_factory=dict)
     modal_mass: np.ndarray | None = None
     T: np.ndarray | None = None
+    truncation: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        """Assume normalised modes unless a modal mass is given."""
+        """Assume normalised modes unless a modal mass is given, and no truncation vectors."""
         if self.modal_mass is None:
             object.__setattr__(self, "modal_mass", np.eye(len(self.K)))
+        if self.truncation is None:
+            object.__setattr__(self, "truncation", np.zeros(len(self.K)))
         super().__post_init__()
 
     @property
@@ -147,14 +153,14 @@ class FlexibleBody(Record):
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed.
 
-        New modes (`K`) have no `energy`, `stress`, `recovery` and `T`, and mass 1, unless given.
+        New modes (`K`) have no `energy`, `stress`, `recovery`, `truncation` and `T`, and mass 1, unless given.
 
         Returns
         -------
         FlexibleBody
             The changed copy.
         """
-        none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None}
+        none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None, "truncation": None}
         return super().with_(**((none if "K" in changes else {}) | changes))
 
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:

@@ -269,6 +269,7 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
             changed["T"] = np.einsum("ijk,ix,jy,kz->xyz", T, Y, Y, Y, optimize=True)
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
     changed |= recovery_in_frame(body.recovery, body.provenance, a, Y)
+    changed["truncation"] = body.truncation @ Y**2 / np.sum(Y**2, axis=0)
     return body.with_(**changed, K=w2, D=np.einsum("ni,n,ni->i", Y, body.D, Y), frequency=np.sqrt(w2) / (2 * np.pi))
 
 

@@ -106,6 +106,8 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
             _store(file, "modal_mass", body.modal_mass)
         if body.T is not None:
             _store(file, "T", body.T)
+        if np.any(body.truncation):
+            _store(file, "truncation", body.truncation)
         file["interface_name"] = np.array(body.interface_name, dtype=object)
         _store(file, "points", body.points)
         _store(file, "shape", body.shape)
@@ -242,6 +244,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         cells=cells,
         modal_mass=_array(file, "modal_mass", (n, n)) if "modal_mass" in file else None,
         T=_array(file, "T", (n, n, n)) if "T" in file else None,
+        truncation=_array(file, "truncation", (n,)) if "truncation" in file else None,
         **{name: _per_cell(file, name, cells, n) for name in PER_CELL},
         stress={name: _stress(file, name, n) for name in file.get("stress", ())},
         recovery={name: _recovery(file, f"recovery/{name}", n, k, len(points)) for name in file.get("recovery", ())},

@@ -42,7 +42,7 @@ def write_response(response: Response, path: str | Path) -> Path:
     path = Path(path)
     with writing(path) as file:
         file.attrs.update(format="modalprep response", format_version=1, units="SI", kind=response.kind)
-        file.attrs["notes"] = "\n".join(response.notes)
+        file.attrs.update(notes="\n".join(response.notes), warnings="\n".join(response.warnings))
         arrays = {"axis": response.axis, "curves": response.values, "inputs/values": response.input_values}
         arrays |= {"weight": response.weight, "steady": response.steady} | _figures(response)
         for name, values in arrays.items():

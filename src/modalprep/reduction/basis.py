@@ -60,6 +60,8 @@ class Reduction(Record):
     method : str
     notes : tuple of str
         What the user should know about the choice of modes.
+    truncation : (n,) or None
+        Share of each coordinate in the truncation vectors, 0 to 1.
     spans : Spans or None
         What the coordinates span, where recoveries were given.
 
@@ -77,6 +79,7 @@ class Reduction(Record):
     method: str
     notes: tuple[str, ...] = ()
     spans: Spans | None = None
+    truncation: np.ndarray | None = None
 
     def __repr__(self) -> str:
         """Method, size and frequency range."""
@@ -92,11 +95,13 @@ def reduced(
     notes: tuple[str, ...],
     rigid: np.ndarray | None = None,
     spans: Spans | None = None,
+    residual: int = 0,
 ) -> Reduction:
     """Orthonormalise the span ``W (n_free, k)`` with the root clamped, and collect the unit loads of the body.
 
     `rigid` (n_free, r) are M-orthonormal rigid-body motions; the default are the mechanisms of `clamped`. The vectors
-    of `spans` (n_free, k) are brought into the coordinates of the basis.
+    of `spans` (n_free, k) are brought into the coordinates of the basis. The last `residual` columns of W are
+    truncation vectors, which are M-orthonormal.
     """
     model = clamped.model
     products = times(clamped.K, W), times(clamped.M, W)
@@ -117,6 +122,7 @@ def reduced(
         method=method,
         notes=(*notes, *_mechanism_note(clamped)),
         spans=spans,
+        truncation=(inner(modes, products[1][:, W.shape[1] - residual :]) ** 2).sum(axis=1),
     )
 
 

@@ -148,7 +148,7 @@ def craig_bampton(
     answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
     spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted.answer) if recovery else None
-    return reduced("craig_bampton", clamped, W, table, notes, spans=spans)
+    return reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
 
 
 def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, answers: np.ndarray) -> Spans:

@@ -77,8 +77,8 @@ def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...
         lies, mixes = f"a truncation vector at {lowest} lies", "it mixes"
     return (
         f"{lies} below dropped modes (of {dropped.min():.4g} to {dropped.max():.4g} Hz), which {mixes}: static "
-        "responses are exact, but resonances there are not those of the structure; keep these modes where that band "
-        "matters",
+        "responses are exact, but resonances there are not those of the structure. A simulation excites them, the "
+        "responses of this body do not; keep these modes where that band matters",
     )
 
 

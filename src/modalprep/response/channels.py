@@ -118,7 +118,8 @@ def body_blocks(body: FlexibleBody, equations: ModalEquations) -> list[Block]:
             raise InputError(f"two channels of the response are called {min(twice)!r}; rename the recovery")
         seen |= names
     Y, E = equations.basis, equations.drives
-    return [block._replace(q=block.q @ Y, qdd=block.qdd @ Y, u=block.u @ E) for block in blocks]
+    moved = Y * equations.M
+    return [block._replace(q=block.q @ Y, qdd=block.qdd @ moved, u=block.u @ E) for block in blocks]
 
 
 def _base(body: FlexibleBody) -> Block:

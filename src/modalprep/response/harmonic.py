@@ -13,7 +13,7 @@ from modalprep.response.grid import integration_grid
 from modalprep.response.inputs import Spectrum, as_spectra, uncovered
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
-from modalprep.response.validity import large_deflection, limits_of_validity
+from modalprep.response.validity import large_deflection, limits_of_validity, missing_modes
 
 
 def harmonic_response(
@@ -62,8 +62,9 @@ def harmonic_response(
     0.604
     """
     spectra = as_spectra(inputs)
-    equations = modal_equations(body, tuple(spectra), damping)
-    f = _axis(np.asarray(frequency, dtype=float), equations, spectra, refine)
+    f = _ascending(np.asarray(frequency, dtype=float))
+    equations = modal_equations(body, tuple(spectra), damping, f[-1])
+    f = _axis(f, equations, spectra, refine)
     u = np.stack([x.at(f) for x in spectra.values()], axis=1).astype(complex)
     q = equations.solve(f, u[..., None])
     qdd = -((2 * np.pi * f[:, None, None]) ** 2) * q
@@ -74,18 +75,23 @@ def harmonic_response(
             values = s if block.mises is None else np.concatenate([s, largest_mises(s, block.mises)[..., None]], axis=2)
             found.add(block, part, values, _figures(values, f), "peak")
     found.refuse_unmet()
-    notes = [*limits_of_validity(body, equations, f[-1]), *large_deflection(body, equations, q[..., 0])]
+    warnings = missing_modes(body, equations, f[-1])
+    notes = [*warnings, *limits_of_validity(body, equations), *large_deflection(body, equations, q[..., 0])]
     notes += [*uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
     return Response(
         kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=u, notes=(*notes, *found.notes()), chosen=found.chosen,
+        input_values=u, notes=(*notes, *found.notes()), warnings=tuple(warnings), chosen=found.chosen,
     )  # fmt: skip
 
 
-def _axis(f: np.ndarray, equations: ModalEquations, spectra: Mapping[str, Spectrum], refine: bool) -> np.ndarray:
+def _ascending(f: np.ndarray) -> np.ndarray:
     if f.ndim != 1 or not len(f) or f[0] < 0 or np.any(np.diff(f) <= 0):
         raise InputError("the frequencies of a harmonic response must not be negative, and ascend")
+    return f
+
+
+def _axis(f: np.ndarray, equations: ModalEquations, spectra: Mapping[str, Spectrum], refine: bool) -> np.ndarray:
     if not refine or len(f) < 2:
         return f
     low = f[0] or f[1]

@@ -15,23 +15,34 @@ SERIES = 0.5  # |x| below which phi_2(x) is a power series
 
 @dataclass
 class Integrator:
-    """Steps ``q'' + D q' + K q = B u`` through samples of u; it keeps its state from one call to the next.
+    """Steps ``M q'' + D q' + K q = B u`` through samples of u; it keeps its state from one call to the next.
 
     Modes that are not coupled and damped below critical have one complex pole each, ``z = q' - conj(l) q`` with
     ``z' = l z + B u``; else the matrix exponential of all modes is taken. Both are exact for inputs that are straight
-    between samples (theory 11.5).
+    between samples (theory 11.5). Coordinates without mass follow the input.
     """
 
     equations: ModalEquations
 
     def __post_init__(self) -> None:
         """Begin at rest."""
-        self.q = np.zeros(len(self.equations.K))
-        self.qd = np.zeros(len(self.equations.K))
+        self.q = np.zeros(len(self.equations.moving.K))
+        self.qd = np.zeros(len(self.equations.moving.K))
 
     def run(self, step: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, q' and q'' (nt, n) at samples ``u (nt, k)``, `step` s apart; the first is at the present state."""
-        e = self.equations
+        q, qd, qdd = self._moving(step, u)
+        still = self.equations.M == 0
+        if not still.any():
+            return q, qd, qdd
+        whole = np.zeros((3, len(u), len(still)))
+        whole[0][:, still] = u @ self.equations.B[still].T / self.equations.K[still]
+        whole[:, :, ~still] = q, qd, qdd
+        return tuple(whole)
+
+    def _moving(self, step: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return q, q' and q'' of the coordinates with mass."""
+        e = self.equations.moving
         force = u @ e.B.T
         q, qd = (_poles if _light(e) else _exponential)(e, step, force, self.q, self.qd)
         self.q, self.qd = q[-1], qd[-1]

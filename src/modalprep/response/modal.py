@@ -15,17 +15,17 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.reduction.damping import Ratio, Rayleigh, damping_ratio
 from modalprep.reduction.table import DIRECTIONS
+from modalprep.response.dropped import BASE, acts_statically
 from modalprep.suggest import suggestion
 from modalprep.vectors import UNIT, skew
 
-BASE = "base"
 Damping = Ratio | Rayleigh | np.ndarray | None
 COUPLED = 1e-12  # relative entry off the diagonal of a damping matrix that couples modes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModalEquations(Record):
-    """Equations ``q'' + D q' + K q = B u`` of a body in its modes with unit mass.
+    """Equations ``M q'' + D q' + K q = B u`` of a body in uncoupled modes.
 
     Attributes
     ----------
@@ -43,6 +43,8 @@ class ModalEquations(Record):
         A, W and interface loads of unit inputs, as recoveries take them.
     basis : (m, n)
         Coordinates of the body of these modes.
+    M : (n,)
+        Modal mass: 1, or 0 of coordinates that act statically, ``q = B u / K`` without acceleration and damping.
 
     References
     ----------
@@ -56,6 +58,13 @@ class ModalEquations(Record):
     B: np.ndarray
     drives: np.ndarray
     basis: np.ndarray
+    M: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        """All coordinates have mass unless it is said."""
+        if self.M is None:
+            object.__setattr__(self, "M", np.ones(len(self.K)))
+        super().__post_init__()
 
     @property
     def coupled(self) -> bool:
@@ -66,14 +75,25 @@ class ModalEquations(Record):
     def resonances(self) -> tuple[np.ndarray, np.ndarray]:
         """Frequencies (Hz, ascending) and damping ratios of the modes that vibrate; of coupled ones their poles'."""
         if not self.coupled:
-            w = np.sqrt(self.K[self.K > 0])
-            return w / (2 * np.pi), self.D[self.K > 0] / (2 * w)
-        n = len(self.K)
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(self.K), -self.D]])
+            some = (self.K > 0) & (self.M > 0)
+            w = np.sqrt(self.K[some])
+            return w / (2 * np.pi), self.D[some] / (2 * w)
+        moving = self.moving
+        n = len(moving.K)
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(moving.K), -moving.D]])
         poles = np.linalg.eigvals(A)
         poles = poles[(poles.imag > 0)]
         poles = poles[np.argsort(np.abs(poles))]
         return np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
+
+    @cached_property
+    def moving(self) -> ModalEquations:
+        """The equations of the coordinates with mass."""
+        some = self.M > 0
+        if some.all():
+            return self
+        D = self.D[np.ix_(some, some)] if self.coupled else self.D[some]
+        return self.with_(M=self.M[some], K=self.K[some], D=D, B=self.B[some], basis=self.basis[:, some])
 
     def solve(self, f: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return the complex coordinates ``q (nf, n, r)`` under inputs ``u (nf, k, r)`` at frequencies f (nf,), Hz.
@@ -94,17 +114,19 @@ class ModalEquations(Record):
             found = np.empty(force.shape, dtype=complex)
             for k, s in enumerate(w):
                 Z = 1j * s * self.D
-                Z[n, n] += self.K - s**2
+                Z[n, n] += self.K - s**2 * self.M
                 found[k] = np.linalg.solve(Z, force[k])
             return found
-        Z = self.K - w[:, None] ** 2 + 1j * w[:, None] * self.D
+        Z = self.K - w[:, None] ** 2 * self.M + 1j * w[:, None] * self.D
         if not np.all(Z):
             at = f[np.flatnonzero((Z == 0).any(axis=1))[0]]
             raise InputError(f"the response at {at:g} Hz is infinite: this is a mode without damping; give damping")
         return force / Z[..., None]
 
 
-def modal_equations(body: FlexibleBody, inputs: Sequence[str], damping: Damping = None) -> ModalEquations:
+def modal_equations(
+    body: FlexibleBody, inputs: Sequence[str], damping: Damping = None, up_to: float | None = None
+) -> ModalEquations:
     """Return the modal equations of a body under named inputs.
 
     Parameters
@@ -113,11 +135,14 @@ def modal_equations(body: FlexibleBody, inputs: Sequence[str], damping: Damping 
         ``base.x`` ... ``base.rz``: acceleration of the root; ``<interface>.x`` ... ``.rz``: force or moment there.
     damping : float, {Hz: ratio}, (n,), Rayleigh, or (n, n)
         Instead of the body's own: ratios, or a damping matrix (1/s) in the coordinates of the body.
+    up_to : float or None
+        Hz, the end of the band of the response, infinite for histories: truncation vectors that would resonate in it
+        act statically (`acts_statically`). None: all modes move.
 
     Returns
     -------
     ModalEquations
-        In modes with unit mass.
+        In modes with unit mass, or without mass.
 
     Raises
     ------
@@ -144,7 +169,9 @@ def modal_equations(body: FlexibleBody, inputs: Sequence[str], damping: Damping 
     fields = np.vstack([-body.S, -body.H.reshape(9, -1), *np.concatenate([body.phi, body.psi], axis=1)])
     B = Y.T @ fields.T @ drives
     D = _damping(body, damping, K, Y)
-    return ModalEquations(inputs=tuple(inputs), units=units, K=K, D=D, B=B, drives=drives, basis=Y)
+    M = 1.0 - acts_statically(body, np.sqrt(K) / (2 * np.pi), Y, 0.0 if up_to is None else up_to)
+    D = D * (M if D.ndim == 1 else np.outer(M, M))
+    return ModalEquations(inputs=tuple(inputs), units=units, K=K, D=D, B=B, drives=drives, basis=Y, M=M)
 
 
 def _uncoupled(body: FlexibleBody) -> tuple[np.ndarray, np.ndarray]:

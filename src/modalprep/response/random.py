@@ -14,7 +14,7 @@ from modalprep.response.grid import integration_grid
 from modalprep.response.inputs import Spectrum, as_spectra, uncovered
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
-from modalprep.response.validity import large_deflection, limits_of_validity
+from modalprep.response.validity import large_deflection, limits_of_validity, missing_modes
 
 NEGATIVE = 1e-9  # eigenvalue of a correlation matrix below which it is none
 
@@ -70,8 +70,8 @@ def random_response(
     0.6
     """
     spectra = as_spectra(inputs)
-    equations = modal_equations(body, tuple(spectra), damping)
     low, high = find_band(spectra, band)
+    equations = modal_equations(body, tuple(spectra), damping, high)
     _refuse_undamped(equations, low, high)
     corners = np.concatenate([x.frequency for x in spectra.values() if x.frequency is not None] or [np.zeros(0)])
     f, weight = integration_grid(low, high, corners, *equations.resonances)
@@ -85,7 +85,8 @@ def random_response(
             S = _densities(part.values(q, qdd, u), block.mises)
             found.add(block, part, S, _figures(S, f, weight), "three_sigma")
     found.refuse_unmet()
-    notes = [*limits_of_validity(body, equations, high), *uncovered(spectra, low, high), *found.notes()]
+    warnings = missing_modes(body, equations, high)
+    notes = [*warnings, *limits_of_validity(body, equations), *uncovered(spectra, low, high), *found.notes()]
     sigma = np.sqrt(np.tensordot(weight, (np.abs(q) ** 2).sum(-1), 1))
     notes += large_deflection(body, equations, 3 * np.diag(sigma), "deflects in one mode, at three sigma,")
     if any(block.kind == "stress" for block in body.recovery.values()):
@@ -93,7 +94,7 @@ def random_response(
     return Response(
         kind="random", axis=f, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=density, weight=weight, notes=tuple(notes), chosen=found.chosen,
+        input_values=density, weight=weight, notes=tuple(notes), warnings=tuple(warnings), chosen=found.chosen,
     )  # fmt: skip
 
 

@@ -89,6 +89,8 @@ class Response(Record):
         Of a sweep: magnitudes of the harmonic response at the same frequencies.
     notes : tuple of str
         What was left out or approximated.
+    warnings : tuple of str
+        Those of the notes that say that values may be wrong, such as modes of the band that the body has not.
     chosen : tuple of str
         The channels that were asked for, or their beginnings; none is all.
 
@@ -116,6 +118,7 @@ class Response(Record):
     weight: np.ndarray | None = None
     steady: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     chosen: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:

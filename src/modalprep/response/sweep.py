@@ -16,7 +16,7 @@ from modalprep.response.integrate import Integrator
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
 from modalprep.response.transient import with_mises
-from modalprep.response.validity import large_deflection, limits_of_validity
+from modalprep.response.validity import large_deflection, limits_of_validity, missing_modes
 
 
 def sweep_response(
@@ -74,7 +74,7 @@ def sweep_response(
     0.5
     """
     spectra = as_spectra(inputs)
-    equations = modal_equations(body, tuple(spectra), damping)
+    equations = modal_equations(body, tuple(spectra), damping, highest)
     clock = Sweep(lowest, highest, rate, direction)
     clock.refuse_long(samples)
     every = body_blocks(body, equations)
@@ -90,17 +90,19 @@ def sweep_response(
         found.add(block, block, largest[k][rising], figures, "peak", steady[k])
     found.refuse_unmet()
     error = (2 * np.pi / samples) ** 2 / 8
+    warnings = missing_modes(body, equations, highest)
     notes = [
+        *warnings,
         f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
         *large_deflection(body, equations, swept),
-        *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest),
+        *limits_of_validity(body, equations), *uncovered(spectra, lowest, highest),
         *(f"{block.name} has too many channels for a sweep, which leaves it out" for block in every if block.is_large),
     ]  # fmt: skip
     return Response(
         kind="sweep", axis=f[rising], names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
         input_values=np.stack([x.at(f[rising]) for x in spectra.values()], axis=1),
-        steady=found.stacked(found.steady, len(f)), notes=tuple(notes), chosen=found.chosen,
+        steady=found.stacked(found.steady, len(f)), notes=tuple(notes), warnings=tuple(warnings), chosen=found.chosen,
     )  # fmt: skip
 
 

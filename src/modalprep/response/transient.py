@@ -13,6 +13,7 @@ from modalprep.response.inputs import History
 from modalprep.response.integrate import Integrator
 from modalprep.response.modal import Damping, modal_equations
 from modalprep.response.result import Collector, Response
+from modalprep.response.unresolved import unresolved
 from modalprep.response.validity import highest_mode, large_deflection, limits_of_validity
 
 PER_PERIOD = 20  # samples in a period of the highest kept mode, unless a step is given
@@ -69,7 +70,7 @@ def transient_response(
     """
     if not inputs:
         raise InputError("a response needs an input, such as 'base.x'")
-    equations = modal_equations(body, tuple(inputs), damping)
+    equations = modal_equations(body, tuple(inputs), damping, np.inf)
     end = duration or max(float(x.time[-1]) for x in inputs.values())
     h = step or _step(inputs, end, body)
     t = h * np.arange(_count(end, h) + 1)
@@ -81,12 +82,13 @@ def transient_response(
             values = with_mises(part, part.values(q[..., None], qdd[..., None], u[..., None])[..., 0])
             found.add(block, part, values, _figures(values, t), "peak")
     found.refuse_unmet()
-    notes = [*limits_of_validity(body, equations, 0.0), *_sampling(inputs, h, t[-1], body), *found.notes()]
+    warnings = unresolved(body, equations, damping, h, u, found.peaks, found.chosen)
+    notes = [*warnings, *limits_of_validity(body, equations), *_sampling(inputs, h, t[-1], body), *found.notes()]
     notes += large_deflection(body, equations, q)
     return Response(
         kind="transient", axis=t, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(t)), peaks=tuple(found.peaks), inputs=tuple(inputs),
-        input_values=u, notes=tuple(notes), chosen=found.chosen,
+        input_values=u, notes=tuple(notes), warnings=tuple(warnings), chosen=found.chosen,
     )  # fmt: skip
 
 

@@ -6,10 +6,12 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, TRUNCATION
-from modalprep.response.modal import BASE, ModalEquations
+from modalprep.response.dropped import BASE, dropped_below
+from modalprep.response.modal import ModalEquations
 
 SHOWN = 0.95  # effective mass in a driven direction below which a note says so
 BEYOND = 0.1  # of the body's size: displacements are linear in the modes to about that
+SOME = 5  # dropped modes whose frequencies a warning lists
 LOOKED_AT = 20  # points of the axis with the largest bounds, at which the displacement of every node is computed
 
 
@@ -29,28 +31,57 @@ def highest_mode(body: FlexibleBody) -> float:
     return float(found.max(initial=0.0)) or float(body.frequency.max())
 
 
-def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float) -> list[str]:
-    """Return what a user should know of a response up to a frequency `top` (Hz): modes, mass, recoveries, damping.
+def missing_modes(body: FlexibleBody, equations: ModalEquations, top: float) -> list[str]:
+    """Return warnings of modes that a response up to a frequency `top` (Hz) needs, and that the body has not.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.response.modal import modal_equations
     >>> beam = uniform_beam(modes=2)
-    >>> limits_of_validity(beam, modal_equations(beam, ["base.y"], 0.01), 9.0)[0]
-    'the response goes up to 9 Hz, but the highest kept mode has 1.209 Hz: beyond it the dropped modes are missing'
+    >>> missing_modes(beam, modal_equations(beam, ["base.y"], 0.01), 9.0)
+    ['the response goes up to 9 Hz, but the highest kept mode has 1.209 Hz: beyond it the dropped modes are missing']
     """
-    notes = []
+    said, dropped = [], dropped_below(body, equations.inputs, top)
+    if len(dropped):
+        shown = ", ".join(f"{f:.4g}" for f in dropped[:SOME]) + ", ..." * (len(dropped) > SOME)
+        still = int(np.sum(equations.M == 0))
+        count, statics = (
+            f"{len(dropped)} mode{'s' * (len(dropped) > 1)}",
+            f", and the {still} truncation vectors that mix them act statically" if still else "",
+        )
+        said.append(
+            f"the body drops {count} in the band ({shown} Hz), whose resonances are "
+            f"missing{statics}; keep them, with 'frequency < {top:.4g} Hz'"
+        )
     if top > highest_mode(body):
-        notes.append(
+        said.append(
             f"the response goes up to {top:.4g} Hz, but the highest kept mode has {highest_mode(body):.4g} Hz: "
             "beyond it the dropped modes are missing"
         )
+    return said
+
+
+def limits_of_validity(body: FlexibleBody, equations: ModalEquations) -> list[str]:
+    """Return what a user should know of a response: its mass, recoveries and damping.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.response.modal import modal_equations
+    >>> beam = uniform_beam(modes=2)
+    >>> limits_of_validity(beam, modal_equations(beam, ["base.y"], 0.01))[0][:51]
+    'the modes have 92.8 % of the effective mass for bas'
+    """
+    notes = []
     for name, b in zip(equations.inputs, equations.B.T, strict=True):
-        total = _rigid(body)[DIRECTIONS.index(name.removeprefix(f"{BASE}."))] if name.startswith(f"{BASE}.") else 0.0
-        if total > 0 and b @ b < SHOWN * total:
+        moved, total = (
+            b @ (equations.M * b),
+            _rigid(body)[DIRECTIONS.index(name.removeprefix(f"{BASE}."))] if name.startswith(f"{BASE}.") else 0.0,
+        )
+        if total > 0 and moved < SHOWN * total:
             notes.append(
-                f"the modes have {100 * (b @ b) / total:.1f} % of the effective mass for {name}; the rest moves with "
+                f"the modes have {100 * moved / total:.1f} % of the effective mass for {name}; the rest moves with "
                 "the base as if it were rigid"
             )
     still = [name for name, x in body.recovery.items() if not x.moves]
