@@ -197,9 +197,8 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
 def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     """Describe a body in the frame of another of its interfaces, which becomes the root.
 
-    The span of displacements stays the same; the coordinates become its modes with the new root clamped. It also
-    leads back from any other frame. Modal damping keeps the diagonal of the transformed damping matrix, and the
-    reduction's table loses its effective masses, which are those of the former root.
+    The span of displacements stays; the coordinates become its modes with the new root clamped. It leads back from any
+    other frame. Modal damping keeps the diagonal of the transformed matrix, and the table loses its effective masses.
 
     A mesh reduced with the other root gives the same body when it spans the same motions, as Craig-Bampton does with
     every interface fixed. For beams and shells Kg_A, Kg_W and T of the former root are kept; they depend on the root
