@@ -40,8 +40,8 @@ LAYERS = {
         "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "terminal", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",
-        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view",
+        "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",
+        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "frame", "correlation", "page", "view",
         "show",
     ),
     "pipeline": (

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import modalprep as mp
-from modalprep.body.reactions import G
 from modalprep.body.rigid import rigid_body
 from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.reduction.held import held_mass
 from modalprep.report.body_page.mass import inertia_table, mass_balance, mass_section, reaction_table
+from modalprep.response.reactions import G
 from modalprep.vectors import rotation_matrix
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import modalprep as mp
-from modalprep.body.reactions import G, gravity_reactions
 from modalprep.errors import InputError
 from modalprep.examples import cantilever_model, spinup_section, uniform_beam
 from modalprep.fe.assembly.assemble import assemble
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.response.reactions import G, gravity_reactions
 
 M, L = 12.0, 10.0  # kg and m of the example beam
 
