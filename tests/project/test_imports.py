@@ -40,9 +40,9 @@ LAYERS = {
         "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",
-        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "frame", "correlation", "page", "view",
-        "show",
+        "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts",
+        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation",
+        "page", "view", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",

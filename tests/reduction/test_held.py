@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 import modalprep as mp
 from modalprep.body.frames import reroot
 from modalprep.examples import block_model, cantilever_model, uniform_beam
-from modalprep.reduction.held import held_mass
+from modalprep.reduction.basis import held_mass
 
 
 def effective_of_all_modes(model):
@@ -24,7 +24,7 @@ def effective_of_all_modes(model):
 
 @pytest.mark.parametrize("make", [cantilever_model, lambda: cantilever_model(tip="fixed"), block_model])
 def test_effective_masses_and_the_held_mass_sum_up_to_the_body(make):
-    """The identity that explains why modes never have 100 %; 1e-8: the iteration stops there, see `TOLERANCE`."""
+    """The identity that explains why modes never have 100 %; 1e-8: the iteration stops there, see `HELD_TOLERANCE`."""
     model = make()
     R = model.rigid_body()
     whole = np.einsum("ij,ij->j", R, model.M @ R)

@@ -152,8 +152,7 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
         rows[name] = getattr(table, name)
     file["modes"] = rows
     file["modes"].attrs["total"] = table.total
-    if table.held is not None:
-        file["modes"].attrs["held"] = table.held
+    file["modes"].attrs.update({} if table.held is None else {"held": table.held})
 
 
 def read_body(path: str | Path, *, checked: bool = True) -> FlexibleBody:
@@ -228,12 +227,11 @@ def _read(file: h5py.File) -> FlexibleBody:
     names = tuple(file["interface_name"].asstr()[()])
     if len(set(names)) != len(names):
         raise InputError("two interfaces have one name")
-    rows, total = file["modes"][()], np.asarray(file["modes"].attrs["total"], dtype=float)
-    if total.shape != (6,) or not np.all(np.isfinite(total)):
-        raise InputError("the total of the modes table is not six numbers")
-    held = file["modes"].attrs.get("held")
-    if held is not None and (held.shape != (6,) or not np.all(np.isfinite(held))):
-        raise InputError("the held mass of the modes table is not six numbers")
+    rows, said = file["modes"][()], file["modes"].attrs
+    total, held = np.asarray(said["total"], dtype=float), said.get("held")
+    for name, six in (("total", total), ("held mass", total if held is None else held)):
+        if np.shape(six) != (6,) or not np.all(np.isfinite(six)):
+            raise InputError(f"the {name} of the modes table is not six numbers")
     cells = {kind: _cells(file, kind, len(points)) for kind in file.get("cells", ())}
     return FlexibleBody(
         **(arrays | {"m": float(arrays["m"])}),
@@ -255,7 +253,7 @@ def _read(file: h5py.File) -> FlexibleBody:
             total=total,
             kept=rows["kept"].astype(bool),
             reason=tuple(x.decode() for x in rows["reason"]),
-            held=None if held is None else np.asarray(held, dtype=float),
+            held=held,
         ),
         provenance=dict(json.loads(file.attrs["inputs"])),
     )

@@ -44,7 +44,7 @@ class ModeTable(Record):
         Reason for keeping or dropping the row.
     held : (6,) float or None
         Mass (kg) and moments of inertia (kg m^2) about the root interface that stay on the held root, which no mode
-        moves (`modalprep.reduction.held`); None where it was not computed.
+        moves (`reduction.basis.held_mass`); None where it was not computed.
 
     Examples
     --------

@@ -11,11 +11,11 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.report.body_page import parts
+from modalprep.report.body_page.frame import page_text
 from modalprep.report.body_page.inputs import Inputs, energy_section, inputs_section
 from modalprep.report.body_page.mass import mass_section
 from modalprep.report.body_page.section import Section, Verdict
 from modalprep.report.body_page.verdicts import of_checks, of_envelopes, of_errors
-from modalprep.report.frame import page_text
 from modalprep.report.mac import mac_chart
 from modalprep.report.numbers import number
 from modalprep.report.scene import drawable

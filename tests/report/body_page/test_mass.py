@@ -6,9 +6,9 @@ import pytest
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.examples import cantilever_model, uniform_beam
-from modalprep.reduction.held import held_mass
+from modalprep.reduction.basis import held_mass
 from modalprep.report.body_page.mass import inertia_table, mass_balance, mass_section, reaction_table
-from modalprep.response.reactions import G
+from modalprep.report.body_page.reactions import G
 from modalprep.vectors import rotation_matrix
 
 

@@ -29,8 +29,8 @@ from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.reduction.basis import held_mass
 from modalprep.reduction.damping import modal_damping
-from modalprep.reduction.held import held_mass
 from modalprep.reduction.recoveries.convergence import recovery_convergence
 
 FELT = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)

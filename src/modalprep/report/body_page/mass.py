@@ -10,9 +10,9 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.modes import UNITS, participation, totals
+from modalprep.report.body_page.reactions import G, gravity_reactions
 from modalprep.report.body_page.section import Section, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.response.reactions import G, gravity_reactions
 
 NOISE = 5e-6  # of the largest number of a row: round-off of the mesh
 INERTIA = (

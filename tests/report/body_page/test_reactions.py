@@ -11,7 +11,7 @@ from modalprep.examples import cantilever_model, spinup_section, uniform_beam
 from modalprep.fe.assembly.assemble import assemble
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.response.reactions import G, gravity_reactions
+from modalprep.report.body_page.reactions import G, gravity_reactions
 
 M, L = 12.0, 10.0  # kg and m of the example beam
 
