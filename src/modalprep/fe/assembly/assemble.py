@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.beam_arms import with_beam_arms
+from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.model import FEModel
@@ -105,8 +105,10 @@ def assemble(
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
     refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
-    parts, more = _without_unused_inertia(mesh, with_beam_arms(mesh, parts))
-    dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()))
+    parts = with_beam_arms(mesh, with_joined_offsets(mesh, parts))
+    parts, more = _without_unused_inertia(mesh, parts)
+    tips = np.array([at[0] for name, at in nodes.items() if interfaces[name].kind == "node"], dtype=int)
+    dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()), tips)
     placed = place(mesh, interfaces, nodes, at, dof, held)
     more += [*placed.notes, *hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
     rule = MassRule(mass, mesh.coupled_mass)
@@ -240,13 +242,19 @@ def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], 
     return kept, notes
 
 
-def _number(mesh: Mesh, parts: list[Part], frames: int) -> np.ndarray:
-    """Number the DOFs node by node, 3 or 6 each; every interface that is not a node adds one of six."""
+def _number(mesh: Mesh, parts: list[Part], frames: int, tips: np.ndarray) -> np.ndarray:
+    """Number the DOFs node by node, 3 or 6 each; every interface that is not a node adds one of six.
+
+    Of `tips`, the nodes that are interfaces, those have six too that a rigid link turns.
+    """
     width = np.zeros(len(mesh.points) + frames, dtype=int)
     width[len(mesh.points) :] = 6
     for part in parts:
         np.maximum.at(width, part.nodes, part.components(mesh.points))
     width[[link.node for link in mesh.links]] = 6
+    for link in mesh.links:
+        if link.kind == "rbe2":
+            width[link.nodes[np.isin(link.nodes, tips) & link.components[..., 3:].all(axis=-1)]] = 6
     for equation in mesh.equations:
         np.maximum.at(width, equation.nodes, 3 + 3 * equation.coefficients[:, 3:].any(axis=1))
     active = np.arange(6) < width[:, None]

@@ -11,7 +11,36 @@ from modalprep.fe.assembly.parts import Part
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Beam, Shell
 
+SMOOTH = 0.85  # cosine, 32 degrees: arms at a node that are farther from their mean belong to a corner
 Arms = tuple[np.ndarray, np.ndarray]  # nodes (k,), and arms (k, 3) from there, m
+
+
+def with_joined_offsets(mesh: Mesh, parts: Sequence[Part]) -> list[Part]:
+    """Return the parts, where the beams of one property that meet smoothly at a node share one arm, ``data["arm"]``.
+
+    An offset is normal to the chord of each beam. On a curved line, such as a ring frame, the arms of two chords would
+    differ, so that the beams keep the length of the line of nodes, and not that of the line of their centroids.
+    """
+    return [
+        replace(part, data=part.data | {"arm": _joined(mesh, part)}) if _is_offset(part) else part for part in parts
+    ]
+
+
+def _is_offset(part: Part) -> bool:
+    """Whether its arms come from the section alone."""
+    beam = isinstance(part.section, Beam) and np.any(part.section.offset)
+    return bool(beam) and not np.any(np.nan_to_num(part.data.get("ends", 0.0)))
+
+
+def _joined(mesh: Mesh, part: Part) -> np.ndarray:
+    """Return the arms ``(ne, nn, 3)``, along the mean of those at a node unless they are far from it."""
+    arm = np.concatenate([part.block(piece, mesh.points, np.zeros(3)).arm for piece in part.pieces()])
+    total = np.zeros((len(mesh.points), 3))
+    np.add.at(total, part.nodes, arm)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    mean = (total / np.where(length > 0, length, 1.0))[part.nodes]
+    along = np.einsum("ena,ena->en", arm, mean) > SMOOTH * np.linalg.norm(arm, axis=2)
+    return np.where(along[..., None], np.linalg.norm(part.section.offset) * mean, arm)
 
 
 def with_beam_arms(mesh: Mesh, parts: Sequence[Part]) -> list[Part]:

@@ -54,8 +54,8 @@ class BeamBlock(Corotational):
     def build(cls, kind, points, nodes, section, data, origin) -> BeamBlock:
         """Evaluate the shapes of the elements ``nodes (ne, 2)`` at ``points (n, 3)`` (mesh axes).
 
-        `data` may override ``up (ne, 3)`` and give ``ends (ne, 2, 3)`` and ``pins (ne, 12)``; `origin` is the model's
-        origin.
+        `data` may override ``up (ne, 3)`` and give ``ends (ne, 2, 3)``, ``pins (ne, 12)``, and ``arm (ne, 2, 3)`` in
+        place of `ends` and the offset; `origin` is the model's origin.
 
         Raises
         ------
@@ -64,9 +64,7 @@ class BeamBlock(Corotational):
         """
         up = data.get("up", np.full((len(nodes), 3), np.nan))
         up = np.where(np.isfinite(up), up, np.asarray(section.up, dtype=float))
-        arm = np.nan_to_num(data.get("ends", np.zeros((len(nodes), 2, 3))))
-        _, frame = line_frames(points[nodes] + arm, nodes, up)
-        arm = arm + np.einsum("k,eka->ea", section.offset, frame[:, 1:])[:, None]
+        arm = data["arm"] if "arm" in data else _arms(points, nodes, up, section.offset, data)
         ends = points[nodes] + arm
         length, frame = line_frames(ends, nodes, up)
         pins = np.nan_to_num(data["pins"]) > 0 if "pins" in data else None
@@ -200,6 +198,13 @@ class BeamBlock(Corotational):
             for other, value in ((1, -moment[:, tx // 3, 2] / 2), (2, moment[:, tx // 3, 1] / 2)):
                 W[:, tx, tx + other] = W[:, tx + other, tx] = value
         return weight * self.dx[..., None, None], W
+
+
+def _arms(points, nodes, up, offset, data) -> np.ndarray:
+    """From the nodes to the ends ``(ne, 2, 3)``: what the mesh says of each end, and the offset of the section."""
+    arm = np.nan_to_num(data.get("ends", np.zeros((len(nodes), 2, 3))))
+    _, frame = line_frames(points[nodes] + arm, nodes, up)
+    return arm + np.einsum("k,eka->ea", offset, frame[:, 1:])[:, None]
 
 
 def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

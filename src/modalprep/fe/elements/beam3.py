@@ -136,6 +136,8 @@ def _half(section: Beam, k: int) -> Beam:
 
 def _half_data(data: dict[str, np.ndarray], k: int) -> dict[str, np.ndarray]:
     found = dict(data)
+    if "arm" in data:
+        found["arm"] = data["arm"][:, HALVES[k]]
     if "ends" in data:
         ends = np.nan_to_num(data["ends"])
         found["ends"] = np.stack([ends[:, 0], ends.mean(axis=1), ends[:, 1]], axis=1)[:, k : k + 2]
