@@ -165,13 +165,17 @@ def mast(links=(), extra=(), section=None, **masses):
     return mp.assemble(mesh, {"beam": section} | masses, ends)
 
 
-def panel(tip):
-    """A strip of quads bent to an arch and twisted, whose tip is held by a frame of that kind."""
+def panel(tip, depth=0.2, faces=False):
+    """A strip of quads bent to an arch and twisted, whose tip of a depth is held by a frame of that kind."""
     points, cells = surface(8, 3, "quad", lambda s, t: (
         np.sin(s), (t - 0.5) * 0.3 * np.cos(s), 1 - np.cos(s) + (t - 0.5) * 0.3 * np.sin(s)))  # fmt: skip
-    ends = {"root": np.flatnonzero(points[:, 0] < 1e-9), "tip": np.flatnonzero(points[:, 0] > points[:, 0].max() - 0.2)}
+    ends = {
+        "root": np.flatnonzero(points[:, 0] < 1e-9),
+        "tip": np.flatnonzero(points[:, 0] > points[:, 0].max() - depth),
+    }
     groups = {"skin": {"quad": np.arange(len(cells))}}
     groups |= {"root": {"vertex": np.arange(4)}, "tip": {"vertex": 4 + np.arange(len(ends["tip"]))}}
+    groups |= {"tip": {"quad": np.flatnonzero(np.isin(cells, ends["tip"]).all(axis=1))}} if faces else {}
     vertices = np.concatenate(list(ends.values()))[:, None]
     mesh = mp.fe.Mesh(points=points, cells={"quad": cells, "vertex": vertices}, groups=groups)
     held = {"root": mp.Interface(group="root"), "tip": mp.Interface(group="tip", kind=tip, boundary="free")}
@@ -204,6 +208,8 @@ MODELS = {
     "an end guided in oblique directions": guided,
     "skin on a rigid frame": lambda: panel("rbe2"),
     "skin on a mean frame": lambda: panel("rbe3"),
+    "skin on the mean of some faces": lambda: panel("rbe3", 0.4, faces=True),
+    "skin on the mean of its straight edge": lambda: panel("rbe3", 1e-6),
 }
 
 

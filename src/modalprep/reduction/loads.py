@@ -11,6 +11,7 @@ from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.links.interface import interface_position
+from modalprep.fe.links.mean_points import MeanPoints, cells_of
 from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.cells import Powers, cell_dimension, cell_of
 from modalprep.fe.mesh.mesh import Mesh
@@ -28,8 +29,8 @@ class Load(NodeSet):
     Attributes
     ----------
     force, moment : (3,)
-        Total, N and N m. On several nodes they are distributed as by an rbe3 (fe.links): a force at the centroid
-        evenly, a moment by forces about it.
+        Total, N and N m. On several nodes they are distributed as by an rbe3 (theory 1.4): a force at the centroid
+        evenly over faces, edges or nodes, a moment by forces about it.
     pressure : float
         Pa, on the faces of a group: along their right-hand normal, in the order of their nodes.
     position : (3,) or None
@@ -108,7 +109,10 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
         return F
     arm = mesh.points[nodes] - interface_position(mesh, name, load, nodes)
     turning = np.repeat([False, bool(np.any(load.moment) or load.position or load.cylinder)], 3)
-    spread = PlacedLink("rbe3", f"load {name!r}", np.zeros(6, int), dofs, arm, turning, np.ones(len(nodes)), False)
+    over, ones = cells_of(mesh, load, nodes)[0], np.ones(len(nodes))
+    mean = MeanPoints.over(mesh.points, nodes, over) if over else None
+    frame = np.zeros(6, dtype=int)
+    spread = PlacedLink("rbe3", f"load {name!r}", frame, dofs, arm, turning, ones, False, mean_points=mean)
     G, nodal = spread.average()
     F[nodal] = G.T @ wrench
     return F

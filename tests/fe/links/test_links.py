@@ -247,3 +247,78 @@ def test_body_of_a_cylinder_has_the_inertia_of_the_group(bracket):
     group, cylinder = (mp.assemble(bracket, section, {"bolt": mp.Interface(**way)}).rigid for way in ways)
     assert_close(cylinder.s0, group.s0, 1e-5)  # 2e-6 of the radius along the axis
     assert_close(cylinder.E0, group.E0, 1e-5)
+
+
+def branched(*links, **tip):
+    """A cantilever whose tip (node 8) carries masses on nodes 9 to 12 by links; frames at the root and the tip."""
+    mesh = beam_mesh(8)
+    beside = mesh.points[-1] + np.array([[1.0, 0, 0], [1, 0.5, 0], [0, 0, 1], [-0.5, 1, 1]])
+    vertices = np.array([[0], *([k] for k in range(9, 13))])
+    mesh = mesh.with_(
+        points=np.concatenate([mesh.points, beside]), cells={**mesh.cells, "vertex": vertices}, links=links,
+        groups={"beam": mesh.groups["beam"], "root": {"vertex": np.array([0])}, "ends": {"vertex": np.arange(1, 5)}},
+    )  # fmt: skip
+    sections = {"beam": spinup_section(), "ends": mp.PointMass(mass=0.3)}
+    return mp.assemble(mesh, sections, {"root": NODE["root"], "tip": mp.Interface(**({"kind": "node"} | tip))})
+
+
+def same_bodies(a, b):
+    """Compare the bodies of two models whose frames are alike."""
+    reductions = [mp.craig_bampton(model, modes=6, truncation=("inertia",)) for model in (a, b)]
+    bodies = [mp.flexible_body(m, r, name="body") for m, r in zip((a, b), reductions, strict=True)]
+    for name in ("K", "Kg_A", "Kg_W"):
+        one, two = (getattr(body, name) for body in bodies)
+        np.testing.assert_allclose(np.abs(one), np.abs(two), atol=1e-7 * np.abs(one).max())  # modes have any sign
+
+
+ALL = np.ones(6, dtype=bool)
+SOME = np.array([1, 1, 1, 0, 0, 0], dtype=bool)
+REROOTED = {
+    "a node that a link moves": (
+        [Link(kind="rbe2", node=8, nodes=np.array([9, 10, 11, 12]))],
+        [Link(kind="rbe2", node=11, nodes=np.array([8, 9, 10, 12]))],
+    ),
+    "the end of a chain of links": (
+        [Link(kind="rbe2", node=8, nodes=np.array([9, 10])), Link(kind="rbe2", node=10, nodes=np.array([11, 12]))],
+        [Link(kind="rbe2", node=11, nodes=np.array([8, 9, 10, 12]))],
+    ),
+    "others follow in part": (
+        [Link(kind="rbe2", node=8, nodes=np.array([9, 10, 11, 12]), components=np.array([SOME, ALL, SOME, ALL]))],
+        [Link(kind="rbe2", node=10, nodes=np.array([8, 9, 11, 12]), components=np.array([ALL, SOME, SOME, ALL]))],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REROOTED)
+def test_an_interface_on_a_node_that_a_rigid_link_moves(name):
+    """The link written from that node on is the same rigid body; it was refused."""
+    given, written = REROOTED[name]
+    label = written[0].node + 1
+    same_bodies(branched(*given, node=label), branched(*written, node=label))
+
+
+def test_an_interface_on_the_reference_node_of_an_rbe3():
+    """It is the frame of an interface of kind rbe3 over the same nodes."""
+    line = beam_mesh(4)
+    points = np.concatenate([line.points + np.array(shift) for shift in ((0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))])
+    cells = np.concatenate([line.cells["line"] + 5 * k for k in range(3)])
+    mesh = Mesh(
+        points=points, cells={"line": cells, "vertex": np.array([[0], [5], [10], [4], [9], [14]])},
+        groups={"beam": {"line": np.arange(12)}, "root": {"vertex": np.arange(3)}, "tips": {"vertex": np.arange(3, 6)}},
+    )  # fmt: skip
+    place = np.array([10.0, 0.2, 0.3])
+    mean = Link(kind="rbe3", node=15, nodes=np.array([4, 9, 14]))
+    with_node = mesh.with_(points=np.vstack([points, place]), links=(mean,))
+    root, tip = mp.Interface(group="root"), mp.Interface(group="tips", kind="rbe3", position=tuple(place))
+    models = (
+        mp.assemble(m, {"beam": spinup_section()}, {"root": root, "tip": end})
+        for m, end in ((with_node, mp.Interface(node=16, kind="node")), (mesh, tip))
+    )
+    same_bodies(*models)
+
+
+def test_an_interface_whose_node_follows_in_part_is_refused():
+    link = Link(kind="rbe2", node=8, nodes=np.array([9, 10, 11, 12]), components=SOME)
+    beam = Link(kind="rbe2", node=11, nodes=np.array([10]))
+    with pytest.raises(mp.InputError, match="interface 'tip' sits on a node that rbe2 at node 9 drives"):
+        branched(link, beam, node=12)

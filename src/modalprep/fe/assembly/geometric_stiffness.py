@@ -104,9 +104,9 @@ class GeometricStiffness:
         held[rows] = self.K[rows] @ static - loads[rows]
         total, turns, moments = self.constraints.transferred(held), [], []
         for link in self.constraints.links:
-            K, between, others = link.geometric_stiffness(total)
-            turns.append(Phi[link.frame[3:]])
-            moments.append(K @ turns[-1] / 2 + between @ Phi[others])
+            for turning in link.geometric_stiffness(total):
+                turns.append(Phi[turning.rotations])
+                moments.append(turning.K @ turns[-1] / 2 + turning.between @ Phi[turning.others])
         half = np.concatenate(turns).T @ np.concatenate(moments, axis=1)
         return half + half.transpose(0, 2, 1)
 
@@ -116,13 +116,12 @@ class GeometricStiffness:
         total = self.constraints.transferred(held)
         rows, cols, values = [], [], []
         for link in self.constraints.links:
-            K, between, others = link.geometric_stiffness(total[:, None])
-            turn = link.frame[3:]
-            first = np.concatenate([np.repeat(turn, 3), np.repeat(turn, len(others))])
-            second = np.concatenate([np.tile(turn, 3), np.tile(others, 3)])
-            rows += [first, second[9:]]
-            cols += [second, first[9:]]
-            values += [K.ravel(), between.ravel(), between.ravel()]
+            for turn, K, between, others in link.geometric_stiffness(total[:, None]):
+                first = np.concatenate([np.repeat(turn, 3), np.repeat(turn, len(others))])
+                second = np.concatenate([np.tile(turn, 3), np.tile(others, 3)])
+                rows += [first, second[9:]]
+                cols += [second, first[9:]]
+                values += [K.ravel(), between.ravel(), between.ravel()]
         if not rows:
             return csr_array((n, n))
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()

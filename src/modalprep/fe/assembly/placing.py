@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.links.constraints import PlacedEquation
 from modalprep.fe.links.interface import Interface, InterfaceFrame
+from modalprep.fe.links.mean_points import MeanPoints, cells_of
 from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.links.place_equations import place_equations
 from modalprep.fe.mesh.mesh import Mesh, SupportSet
@@ -35,7 +37,7 @@ class Placed(NamedTuple):
 def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet] = NOTHING) -> Placed:
     """Place the interface frames in the order of the positions `at`, the root first, and every constraint."""
     frames, links, extra = [], [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))], len(mesh.points)
-    root = next(iter(at))
+    root, more = next(iter(at)), []
     for name, position in at.items():
         spec, own = interfaces[name], nodes[name]
         framed = spec.kind != "node"
@@ -46,16 +48,24 @@ def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet]
         if framed and spec.kind != "support":
             arm, ones = mesh.points[tied] - position, np.ones(len(tied))
             every = np.ones(6, dtype=bool)
-            links.append(PlacedLink(spec.kind, f"interface {name!r}", frame, dof[tied], arm, every, ones, True))
+            over, note = cells_of(mesh, spec, tied) if spec.kind == "rbe3" else ({}, "")
+            more += [f"interface {name!r}: {note}"] * bool(note)
+            mean = MeanPoints.over(mesh.points, tied, over) if over else None
+            links.append(
+                PlacedLink(spec.kind, f"interface {name!r}", frame, dof[tied], arm, every, ones, True, mean_points=mean)
+            )
         boundary = "fixed" if name == root else spec.boundary
         frames.append(
             InterfaceFrame(name=name, position=position - at[root], dofs=frame, nodes=tied, boundary=boundary)
         )
     rigid = nodes[root] if interfaces[root].kind in ("node", "rbe2") else np.zeros(0, dtype=int)
     links += [_support(mesh, name, of, frames[0], at[root], dof, rigid) for name, of in held.items()]
+    for frame in frames:
+        if interfaces[frame.name].kind == "node":
+            _make_independent(links, frame.dofs)
     _refuse_shared(frames, links)
     equations, notes = place_equations(mesh, dof, frames[0].dofs, at[root])
-    return Placed(tuple(frames), links, equations, notes)
+    return Placed(tuple(frames), links, equations, (*more, *notes))
 
 
 def _support(mesh, name, held: SupportSet, root: InterfaceFrame, origin, dof, rigid: np.ndarray) -> PlacedLink:
@@ -81,7 +91,28 @@ def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
     weights = link.weights[tied] if link.kind == "rbe3" else np.ones(len(nodes))
     components = link.components[tied] if link.components.ndim == 2 else link.components
     axes = link.axes[tied] if len(link.axes) == len(tied) else link.axes
-    return PlacedLink(link.kind, name, dof[link.node], dof[nodes], arm, components, weights, False, axes)
+    over = {kind: own for kind, conn in link.over.items() if len(own := conn[(dof[conn, 0] >= 0).all(axis=1)])}
+    mean = MeanPoints.over(mesh.points, nodes, over) if over else None
+    return PlacedLink(link.kind, name, dof[link.node], dof[nodes], arm, components, weights, False, axes, mean)
+
+
+def _make_independent(links: list[PlacedLink], node: np.ndarray) -> None:
+    """Let the frames of the links that drive ``node (6,)`` follow it, where it determines them: the same constraints.
+
+    A rigid link gets another root, and so does the one that drives its former root. The nodes of an rbe3 follow its
+    frame, as those of an interface do.
+    """
+    for _ in range(len(links)):
+        for i, link in enumerate(links):
+            k = -1 if link.keeps_frame else link.follower(node)
+            if k >= 0:
+                links[i], node = replace(link.rooted_at(k), keeps_frame=True), link.frame
+                break
+            if link.kind == "rbe3" and np.array_equal(link.frame, node) and link.components.all():
+                links[i] = replace(link, keeps_frame=True)
+                return
+        else:
+            return
 
 
 def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> None:
@@ -108,7 +139,7 @@ def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
     if not len(tied):
         raise InputError(f"interface {name!r}: no node of {spec} belongs to an element with a property")
     spread = np.linalg.svd(points[tied] - points[tied].mean(axis=0), compute_uv=False)
-    free = np.all(dof[tied, 3] < 0) or spec.kind == "rbe3"
+    free = np.all(dof[tied, 3] < 0)
     if free and spec.kind != "support" and (len(tied) < 3 or spread[1] <= 1e-9 * spread[0]):
         raise InputError(
             f"interface {name!r}: the {len(tied)} nodes of {spec} lie on one line and cannot hold "

@@ -15,6 +15,7 @@ from modalprep.fe.links.multipoint import PlacedLink
 SQUARED = 20  # squarings of the dependence: links that hang on links, 2^20 deep; more is a loop
 DEPTH = 50  # corrections of nodes that follow other nodes
 ROUND_OFF = 8 * np.finfo(float).eps  # of the largest arm or displacement: fitted frames never come to the last bit
+NOISE = 1e-10  # of the same: changes below it that fall no more are those of short arms
 VANISHED = 1e-9  # of the coefficients of an equation: round-off
 PIVOT = 1e-6  # of the largest coefficient: less makes no dependent DOF
 
@@ -66,15 +67,17 @@ class Constraints:
     def followed(self, d: np.ndarray) -> np.ndarray:
         """Return finite displacements ``(n_dof,)`` whose dependent DOFs follow the independent ones of `d` exactly."""
         d = d.copy()
-        settled = ROUND_OFF * max(np.abs(x).max(initial=0.0) for x in (d, *(link.arm for link in self.links)))
+        size, last = max(np.abs(x).max(initial=0.0) for x in (d, *(link.arm for link in self.links))), np.inf
         for _ in range(DEPTH):
             before = d.copy()
             for link in self.links:
                 link.follow(d)
             for dependent, sources, values in reversed(self.solved):
                 d[dependent] = values @ d[sources]
-            if np.abs(d - before).max(initial=0.0) <= settled:
+            change = np.abs(d - before).max(initial=0.0)
+            if change <= ROUND_OFF * size or last <= change <= NOISE * size:
                 break
+            last = change
         return d
 
     def transferred(self, force: np.ndarray) -> np.ndarray:

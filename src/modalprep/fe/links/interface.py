@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.links.centroid import set_centroid
+from modalprep.fe.links.mean_points import MeanPoints, cells_of
 from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import refuse_unknown
@@ -141,6 +142,8 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
         return np.asarray(spec.position, dtype=float)
     if spec.kind == "support":
         return mesh.points[nodes].mean(axis=0)
+    if spec.kind == "rbe3" and not spec.cylinder and (over := cells_of(mesh, spec, nodes)[0]):
+        return MeanPoints.over(mesh.points, nodes, over).nodal @ mesh.points[nodes]
     return mesh.points[nodes[0]] if spec.kind == "node" else set_centroid(mesh, spec, nodes)
 
 
@@ -159,7 +162,7 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
     InputError
         When a node set is empty.
     """
-    points, links, groups = [mesh.points], list(mesh.links), dict(mesh.groups)
+    points, links, groups, notes = [mesh.points], list(mesh.links), dict(mesh.groups), list(mesh.notes)
     vertices = mesh.cells.get("vertex", np.zeros((0, 1), dtype=int))
     for k, (name, spec) in enumerate(connections.items()):
         nodes = spec.nodes(mesh, used)
@@ -167,9 +170,12 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
         points.append(interface_position(mesh, name, spec, nodes)[None])
         groups[name] = {"vertex": np.array([len(vertices)])}
         vertices = np.concatenate([vertices, [[node]]])
-        links.append(Link(kind=spec.kind, node=node, nodes=nodes))
+        over, note = cells_of(mesh, spec, nodes) if spec.kind == "rbe3" else ({}, "")
+        notes += [f"connection {name!r}: {note}"] * bool(note)
+        links.append(Link(kind=spec.kind, node=node, nodes=nodes, over=over))
     cells = {**mesh.cells, "vertex": vertices} if len(vertices) else mesh.cells
-    return mesh.with_(points=np.concatenate(points), cells=cells, groups=groups, links=tuple(links))
+    points = np.concatenate(points)
+    return mesh.with_(points=points, cells=cells, groups=groups, links=tuple(links), notes=tuple(notes))
 
 
 def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:

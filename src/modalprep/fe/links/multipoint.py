@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,9 +13,20 @@ from scipy.spatial.transform import Rotation
 from modalprep.errors import InputError
 from modalprep.fe.links.components import Followed, Rows, followed_components, oblique
 from modalprep.fe.links.interface import link_geometric_stiffness
+from modalprep.fe.links.mean_points import MeanPoints
 from modalprep.vectors import rotation_matrix, skew
 
+STRAIGHT = 1e-10  # of the squared radius of gyration: what lies off a line by less does not determine a rotation
 SETTLED = 4  # corrections of the nodes that follow the frame of an rbe3, each to the next power of the rotation
+
+
+class Turning(NamedTuple):
+    """Geometric stiffness of k states: ``K (k, 3, 3)`` on three rotations, ``between (k, 3, m)`` these and `others`."""
+
+    rotations: np.ndarray
+    K: np.ndarray
+    between: np.ndarray
+    others: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +47,14 @@ class PlacedLink:
     components : (6,) or (k, 6) bool
         rbe2: which DOFs of the nodes follow, of all or of each; rbe3: which DOFs (6,) of the frame follow.
     weights : (k,)
-        rbe3.
+        rbe3, of the nodes; idle where it has `mean_points`.
     keeps_frame : bool
         rbe3: the frame's DOFs are independent and some of the nodes' follow from them (an interface), instead of
         the frame following the nodes.
     axes : (k, 3, 3) or (0, 3, 3)
         Rows: the axes of the components at each node, of an rbe3 (1, 3, 3) at its frame; empty: those of the mesh.
+    mean_points : MeanPoints or None
+        rbe3: whose mean motion it is; None takes the nodes.
     """
 
     kind: str
@@ -51,6 +66,28 @@ class PlacedLink:
     weights: np.ndarray
     keeps_frame: bool
     axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    mean_points: MeanPoints | None = None
+
+    def follower(self, node: np.ndarray) -> int:
+        """Return which of the nodes has the DOFs ``node (6,)`` and follows an rbe2 in all of them; -1 if none."""
+        every = np.broadcast_to(self.components, self.dofs.shape).all(axis=1)
+        same = np.flatnonzero(every & np.all(self.dofs == node, axis=1)) if self.kind == "rbe2" else []
+        return int(same[0]) if len(same) else -1
+
+    def rooted_at(self, k: int) -> PlacedLink:
+        """Return the same rigid link with its node `k`, which follows in all DOFs, as the frame, which follows it."""
+        others = np.arange(len(self.dofs)) != k
+        components = np.broadcast_to(self.components, self.dofs.shape)[others]
+        axes = np.concatenate([self.axes[others], np.eye(3)[None]]) if len(self.axes) else self.axes
+        return replace(
+            self,
+            frame=self.dofs[k],
+            dofs=np.concatenate([self.dofs[others], self.frame[None]]),
+            arm=np.concatenate([self.arm[others], np.zeros((1, 3))]) - self.arm[k],
+            components=np.concatenate([components, np.ones((1, 6), dtype=bool)]),
+            weights=np.ones(len(self.dofs)),
+            axes=axes,
+        )
 
     @cached_property
     def rows(self) -> Rows:
@@ -101,31 +138,56 @@ class PlacedLink:
         """How the frame of an rbe3 follows."""
         return followed_components(self.components, self.axes[0] if len(self.axes) else np.eye(3))
 
-    def average(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return ``G (6, 3k)``, mean motion of the frame per nodal translation, and those translations' DOFs.
+    @cached_property
+    def mean(self) -> MeanPoints:
+        """The points whose mean motion an rbe3 has.
 
-        Weighted least squares: ``G = (S^T W S)^-1 S^T W`` with ``S_i = [1, -arm_i~]``.
+        About a straight line translations say nothing: there the rotations of the nodes count, if they have any.
+
+        Raises
+        ------
+        InputError
+            When neither determines a rotation that it has.
         """
-        S = np.concatenate([np.broadcast_to(np.eye(3), (len(self.arm), 3, 3)), -skew(self.arm)], axis=2)
-        w = self.weights / self.weights.sum()
-        size = np.sqrt(w @ np.sum((self.arm - w @ self.arm) ** 2, axis=1)) or 1.0
+        mean = self.mean_points or MeanPoints.at_nodes(self.weights)
+        if not np.any((self.components | self.keeps_frame)[3:]) or not _on_a_line(mean, self.arm):
+            return mean
+        if not np.ptp(self.arm, axis=0).any() or np.any(self.dofs[:, 3:] < 0):
+            raise InputError(
+                f"{self.name}: its {len(self.arm)} nodes lie on one line and cannot carry a rotation; "
+                "add nodes off that line, or use an rbe2 where they have rotations"
+            )
+        return mean.crossed(self.arm)
+
+    def average(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``G (6, m)``, mean motion of the frame per nodal DOF, and those DOFs.
+
+        Weighted least squares over the points: ``G = (S^T W S)^-1 S^T W`` with ``S_i = [1, -arm_i~]``.
+        """
+        mean = self.mean
+        arm, w = mean.places(self.arm), mean.weight
+        S = np.concatenate([np.broadcast_to(np.eye(3), (len(arm), 3, 3)), -skew(arm)], axis=2)
+        size = np.sqrt(w @ np.sum((arm - w @ arm) ** 2, axis=1)) or 1.0
         scale = np.array([1.0, 1.0, 1.0, 1 / size, 1 / size, 1 / size])
         scaled = (S * scale).reshape(-1, 6)
         weighted = np.repeat(w, 3)[:, None] * scaled
-        normal = scaled.T @ weighted
-        wanted = self.components | self.keeps_frame
-        if np.linalg.eigvalsh(normal)[0] < 1e-10 and np.any(wanted[3:]):
-            raise InputError(
-                f"{self.name}: its {len(self.arm)} nodes lie on one line and cannot carry a rotation; "
-                "add nodes off that line, or use an rbe2 where the nodes have rotations"
-            )
-        return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
+        at_points = scale[:, None] * (np.linalg.pinv(scaled.T @ weighted) @ weighted.T)
+        return self._of_nodes(at_points.reshape(6, -1, 3))
 
-    def geometric_stiffness(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Work of the link's forces on its second-order motion, of each of k states.
+    def _of_nodes(self, at_points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is given per translation ``(..., q, 3)`` of the points per nodal DOF ``(..., m)``; the DOFs."""
+        share, arm = self.mean.share.T, self.mean.arm
+        parts = [at_points] if not np.any(arm) else [at_points, np.cross(arm, at_points)]
+        first = [np.moveaxis(x, -2, 0).reshape(len(arm), -1) for x in parts]
+        shape = (-1, *at_points.shape[:-2], 3)
+        own = [np.moveaxis((share @ x).reshape(shape), 0, -2) for x in first]
+        flat = [x.reshape(*x.shape[:-2], -1) for x in own]
+        return np.concatenate(flat, axis=-1), np.concatenate(
+            [self.dofs[:, 3 * i : 3 * i + 3].ravel() for i in range(len(own))]
+        )
 
-        Returns ``(k, 3, 3)`` on the rotations of the frame, ``(k, 3, m)`` between these and other DOFs, and those DOFs
-        ``(m,)``, none of an rbe2.
+    def geometric_stiffness(self, held: np.ndarray) -> Iterator[Turning]:
+        """Yield the work of the link's forces on its second-order motion, of each of k states.
 
         `held (n_dof, k)` is the force that holds each DOF, with the forces that it transfers to others. The force of an
         rbe3 acts on an arm, because the mean of a rotated node set rotates about its centroid; the moment does work on
@@ -133,12 +195,13 @@ class PlacedLink:
         """
         if self.kind == "rbe2":
             force = self._forces(held)
-            return link_geometric_stiffness(force, self.arm), np.zeros((len(force), 3, 0)), self.frame[:0]
+            K = link_geometric_stiffness(force, self.arm)
+            yield Turning(self.frame[3:], K, np.zeros((len(force), 3, 0)), self.frame[:0])
+            return
         force, moment = np.split(self._wrench(held), 2, axis=1)
-        centroid = self.weights @ self.arm / self.weights.sum()
-        K, between = self._mean_rotation(self.arm - centroid, moment - np.cross(centroid, force))
-        K += link_geometric_stiffness(force[:, None], centroid[None])
-        return K, between, self.dofs[:, :3].ravel()
+        place, w = self.mean.places(self.arm), self.mean.weight
+        centroid = w @ place
+        yield from self._mean_rotation(place - centroid, force, moment - np.cross(centroid, force), centroid)
 
     def _forces(self, held: np.ndarray) -> np.ndarray:
         """Forces (k, m, 3) that hold the nodes of an rbe2, along the components that follow."""
@@ -173,22 +236,46 @@ class PlacedLink:
                 d[nodal[chosen]] += np.linalg.solve(G[:, chosen], d[self.frame] - self._fitted(d))
 
     def _fitted(self, d: np.ndarray) -> np.ndarray:
-        """Translation and rotation vector (6,) of the rigid motion that fits the nodes best (Kabsch)."""
-        place, w = self.arm + d[self.dofs[:, :3]], self.weights / self.weights.sum()
-        before, after = self.arm - w @ self.arm, place - w @ place
+        """Translation and rotation vector (6,) of the rigid motion that fits the points best (Kabsch)."""
+        start, w, moved = self.mean.places(self.arm), self.mean.weight, self.mean.share @ d[self.dofs[:, :3]]
+        if np.any(self.mean.arm):
+            turned = Rotation.from_rotvec(self.mean.share @ d[self.dofs[:, 3:]]).apply(self.mean.arm)
+            moved = moved + turned - self.mean.arm
+        place = start + moved
+        before, after = start - w @ start, place - w @ place
         turn = Rotation.align_vectors(after, before, weights=w)[0]
-        return np.concatenate([w @ place - turn.apply(w @ self.arm), turn.as_rotvec()])
+        return np.concatenate([w @ place - turn.apply(w @ start), turn.as_rotvec()])
 
-    def _mean_rotation(self, r: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Work of moments (k, 3) on the second order of the rotation that fits nodes at r about their centroid best.
+    def _mean_rotation(
+        self, r: np.ndarray, force: np.ndarray, moment: np.ndarray, centroid: np.ndarray
+    ) -> Iterator[Turning]:
+        """Yield the work of forces and moments (k, 3) on the second order of the motion that fits points best.
 
-        The rotation R of least squares has ``sum w (R r) x (r + u) = 0``, so that its vector is t with
-        ``S t = sum w [r x u + (t x r) x u] - (E t) x t / 2`` to second order, ``E = sum w r r^T``, ``S = tr(E) - E``.
+        The points are at r about their centroid. The rotation R of least squares has ``sum w (R r) x (r + u) = 0``, so
+        that its vector is t with ``S t = sum w [r x u + (t x r) x u] - (E t) x t / 2`` to second order,
+        ``E = sum w r r^T``, ``S = tr(E) - E``. On arms that turn with a node, u has a second order of its own.
         """
-        E = np.einsum("k,ka,kb->ab", self.weights, r, r)
-        mu = skew(moment @ np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True).T)
-        between = self.weights[:, None, None] * skew(r) @ mu[:, None]
-        return (mu @ E - E @ mu) / 2, between.transpose(0, 2, 1, 3).reshape(len(mu), 3, -1)
+        w = self.mean.weight
+        E = np.einsum("k,ka,kb->ab", w, r, r)
+        mu = moment @ np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True).T
+        turn = skew(mu)
+        K = (turn @ E - E @ turn) / 2 + link_geometric_stiffness(force[:, None], centroid[None])
+        at_points = w[:, None, None] * skew(r) @ turn[:, None]  # (k, q, 3, 3)
+        between, others = self._of_nodes(at_points.transpose(0, 2, 1, 3))
+        yield Turning(self.frame[3:], K, between, others)
+        if np.any(self.mean.arm):
+            pull = -w[:, None] * np.cross(mu[:, None], r)
+            for node in range(len(self.arm)):
+                own = self.mean.share[:, [node]].tocoo().row
+                K = link_geometric_stiffness(pull[:, own], self.mean.arm[own])
+                yield Turning(self.dofs[node, 3:], K, np.zeros((len(K), 3, 0)), self.frame[:0])
+
+
+def _on_a_line(mean: MeanPoints, nodes: np.ndarray) -> bool:
+    place = mean.places(nodes)
+    spread = mean.weight[:, None] * (place - mean.weight @ place)
+    second = np.linalg.eigvalsh(spread.T @ (place - mean.weight @ place))
+    return bool(second[1] <= STRAIGHT * second[2])
 
 
 def _independent_columns(G: np.ndarray) -> np.ndarray:

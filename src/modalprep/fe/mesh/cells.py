@@ -96,6 +96,24 @@ class Cell:
         middles = corners[self.edges].mean(axis=1)
         return np.vstack([corners, middles, *faces, corners.mean(axis=0)])[: self.count]
 
+    def face(self, number: int) -> tuple[str, list[int]]:
+        """Return the cell type of a face and its nodes among those of the cell, in the order of that type.
+
+        Examples
+        --------
+        >>> CELLS["tetra10"].face(1)
+        ('triangle6', [0, 1, 3, 4, 8, 7])
+        """
+        corners = self.faces[number]
+        nodes = list(corners)
+        if self.second_order:
+            place = {frozenset(map(int, edge)): len(self.corners) + k for k, edge in enumerate(self.edges)}
+            nodes += [place[frozenset(edge)] for edge in zip(corners, (*corners[1:], corners[0]), strict=True)]
+        quads, own = [k for k, face in enumerate(self.faces) if len(face) == 4], len(self.corners) + len(self.edges)
+        if number in quads and self.dimension == 3 and self.count >= own + len(quads):
+            nodes.append(own + quads.index(number))
+        return {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}[len(nodes)], nodes
+
     def triads(self) -> list[tuple[int, int, int, int]]:
         """Return (corner, neighbours a, b, c) of a volume where three edges meet, right-handed."""
         found = []
@@ -131,9 +149,9 @@ def _second(shape: str, count: int, **given) -> None:
 
 _first("vertex", np.zeros((1, 0)), (), vtk=1)
 _first(
-    "line", [(0,), (1,)], [(0, 1)], vtk=3, uff=(21, (0, 1)),
+    "line", [(0,), (1,)], [(0, 1)], reference="ElementLineP1", vtk=3, uff=(21, (0, 1)),
 )  # fmt: skip
-_second("line", 3, vtk=21)
+_second("line", 3, reference="ElementLineP2", vtk=21)
 _first(
     "triangle", _TRIANGLE, [(0, 1), (1, 2), (2, 0)], ((0, 1, 2),), regular=2 / 3**0.5, reference="ElementTriP1",
     powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)),

@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from modalprep.fe.mesh.builder import BLANK
-from modalprep.fe.mesh.mesh import Link, Mesh
+from modalprep.fe.mesh.mesh import Mesh
 
 
 def join_meshes(meshes: Mapping[int, Mesh], same: Sequence[tuple[tuple[int, int], tuple[int, int]]]) -> Mesh:
@@ -58,7 +58,7 @@ def join_meshes(meshes: Mapping[int, Mesh], same: Sequence[tuple[tuple[int, int]
         properties={
             prefix[k] + name: section for k, mesh in meshes.items() for name, section in mesh.properties.items()
         },
-        links=tuple(_link(link, place[k]) for k, mesh in meshes.items() for link in mesh.links),
+        links=tuple(link.renumbered(place[k]) for k, mesh in meshes.items() for link in mesh.links),
         equations=tuple(e.with_(nodes=place[k][e.nodes]) for k, mesh in meshes.items() for e in mesh.equations),
         supports={
             prefix[k] + name: held.with_(nodes=place[k][held.nodes])
@@ -111,7 +111,3 @@ def _data(meshes: Mapping[int, Mesh], cells: dict[str, np.ndarray], start) -> di
                 table = data.setdefault(name, {}).setdefault(kind, blank)
                 table[start[k][kind] : start[k][kind] + len(values)] = values
     return data
-
-
-def _link(link: Link, place: np.ndarray) -> Link:
-    return link.with_(node=int(place[link.node]), nodes=place[link.nodes])

@@ -31,6 +31,8 @@ class Link(Record):
         rbe2: which DOFs of `nodes` follow, of all or of each. rbe3: which DOFs (6,) of `node` follow.
     weights : (k,) float
         rbe3 only; equal ones by default.
+    over : {cell type: (c, n) int}
+        rbe3: cells over which the mean is an integral, in place of weights; they have all of `nodes`.
     axes : (k, 3, 3) or (0, 3, 3)
         Rows e1, e2, e3 of the components at each node that follows (of an rbe3 one, at `node`); empty: mesh axes.
     """
@@ -40,6 +42,7 @@ class Link(Record):
     nodes: np.ndarray
     components: np.ndarray = field(default_factory=lambda: np.ones(6, dtype=bool))
     weights: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    over: dict[str, np.ndarray] = field(default_factory=dict)
     axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
     def __post_init__(self) -> None:
@@ -47,6 +50,11 @@ class Link(Record):
         if self.kind == "rbe3" and not len(self.weights):
             object.__setattr__(self, "weights", np.ones(len(self.nodes)))
         super().__post_init__()
+
+    def renumbered(self, place: np.ndarray) -> Link:
+        """Return the same link where node i is ``place[i]``."""
+        over = {kind: place[conn] for kind, conn in self.over.items()}
+        return self.with_(node=int(place[self.node]), nodes=place[self.nodes], over=over)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

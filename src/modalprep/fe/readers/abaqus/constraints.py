@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from modalprep.fe.links.mean_points import MeanPoints
 from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.mesh import Link
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.lexer import Block, Row
-from modalprep.fe.readers.abaqus.sets import surface_nodes
+from modalprep.fe.readers.abaqus.sets import faces_of, surface_nodes, surface_of
 
 NAMED = {
     "ENCASTRE": "123456", "PINNED": "123", "XSYMM": "156", "YSYMM": "246", "ZSYMM": "345",
@@ -106,21 +107,38 @@ def kinematic(deck: Deck, block: Block) -> None:
 
 
 def distributing(deck: Deck, block: Block) -> None:
-    """``*DISTRIBUTING``: the reference node follows the mean motion of the nodes; only its rotations may be free."""
+    """``*DISTRIBUTING``: the reference node follows the mean motion of the faces; only its rotations may be free.
+
+    Of faces every node has the weight of its area, in Abaqus (Analysis Guide, coupling constraints) as in CalculiX.
+    """
     node, tied = _coupled(deck, block)
     mask = _mask(block)
     mask[:3] = True
     _refuse_axes(block, mask)
     if block.choice("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         block.refuse(f"has WEIGHTING METHOD={block.options['WEIGHTING METHOD']}; only UNIFORM is read")
-    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask))
+    over = _cells(deck, block.owner, tied)
+    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask, over=over))
+
+
+def _cells(deck: Deck, block: Block, tied: list[int]) -> dict[str, np.ndarray]:
+    """Return the faces of the surface of a coupling; none of a surface that names further nodes."""
+    found: dict[str, list] = {}
+    for kind, nodes in faces_of(deck, block, surface_of(deck, block, block.option("SURFACE"))):
+        found.setdefault(kind, []).append(nodes)
+    cells = {kind: np.array(nodes) for kind, nodes in found.items()}
+    used = {node for conn in cells.values() for node in conn.ravel().tolist()}
+    return cells if used == set(tied) else {}
 
 
 def mean_terms(deck: Deck, link: Link) -> Iterator[list[tuple[int, int, float]]]:
     """Yield the terms of the equations of an averaging link whose node something else holds."""
-    points = np.array([deck.points[i] for i in link.nodes]) - deck.points[link.node]
-    every, dofs = np.ones(6, dtype=bool), np.full((len(points), 6), -1)
-    mean = PlacedLink("rbe3", "*DISTRIBUTING", np.arange(6), dofs, points, every, link.weights, False).average()[0]
+    points = np.array(deck.points)
+    arm = points[link.nodes] - points[link.node]
+    every, dofs, name = np.ones(6, dtype=bool), np.full((len(arm), 6), -1), "*DISTRIBUTING"
+    over = MeanPoints.over(points, link.nodes, link.over) if link.over else None
+    placed = PlacedLink("rbe3", name, np.arange(6), dofs, arm, every, link.weights, False, mean_points=over)
+    mean = placed.average()[0]
     for c in np.flatnonzero(link.components):
         rows = mean[c].reshape(-1, 3)
         terms = [(int(n), k, -float(x)) for n, row in zip(link.nodes, rows, strict=True) for k, x in enumerate(row)]

@@ -166,7 +166,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         sha256=sha256,
         scale=deck.units.length,
         properties={names[key]: section for key, section in deck.sections.items()},
-        links=tuple(replace(link, node=int(place[link.node]), nodes=place[link.nodes]) for link in deck.links),
+        links=tuple(link.renumbered(place) for link in deck.links),
         equations=tuple(_equations(deck, place, turning)),
         supports=_supports(deck, place),
         data=cell_data(deck.data, deck.cells),

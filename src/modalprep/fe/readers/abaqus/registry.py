@@ -64,7 +64,7 @@ CONSTRAINTS = {
     ),
     "COUPLING": Entry("read", "", constraints.coupling),
     "KINEMATIC": Entry("read", "", constraints.kinematic),
-    "DISTRIBUTING": Entry("read", "With uniform weights.", constraints.distributing),
+    "DISTRIBUTING": Entry("read", "Weighted by the area of faces; nodes alike.", constraints.distributing),
     "KINEMATIC COUPLING": Entry("read", "", constraints.kinematic_coupling),
     "RIGID BODY": Entry("read", "", constraints.rigid_body),
     "MPC": Entry("read", "BEAM, TIE, PIN, LINK.", constraints.mpc),

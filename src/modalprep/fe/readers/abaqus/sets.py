@@ -105,14 +105,8 @@ def _face(block: Block, kind: str, nodes: list[int], side: str, label: int) -> t
 
 def face_cell(kind: str, nodes: list[int], number: int) -> tuple[str, list[int]]:
     """Return the cell and the nodes of face `number` of a volume, with the middles of its edges."""
-    cell = CELLS[kind]
-    corners = cell.faces[number]
-    own = [nodes[c] for c in corners]
-    if cell.count > len(cell.corners):
-        place = {frozenset(map(int, edge)): len(cell.corners) + k for k, edge in enumerate(cell.edges)}
-        around = zip(corners, (*corners[1:], corners[0]), strict=True)
-        own += [nodes[place[frozenset(edge)]] for edge in around]
-    return {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}[len(own)], own
+    name, own = CELLS[kind].face(number)
+    return name, [nodes[k] for k in own]
 
 
 def _outer(deck: Deck, key, kind: str, nodes: list[int]) -> list[tuple[str, list[int]]]:

@@ -58,6 +58,11 @@ def _rbe3(b: Builder, card: Card) -> None:
         measured = [(n, int(c) - 1, w) for n, w, own in zip(nodes, weights, digits, strict=True) for c in own]
         mean_equations(b, card, link, measured, dependent)
         return
+    if plain and mask[3:].any() and is_line(b, nodes):
+        raise card.error(
+            f"its {len(nodes)} grids lie on one line, so that components 123 determine no rotation of grid "
+            f"{card.text(2)}; add grids off that line, or components 456"
+        )
     if not plain:
         b.conversion.note("RBE3: every independent grid counts with components 123")
     b.links.append(link)

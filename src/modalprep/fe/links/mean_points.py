@@ -1,0 +1,173 @@
+"""The points whose mean motion an rbe3 has: its nodes, or those of an integral over faces and edges (theory 1.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from modalprep.fe.mesh.cells import CELLS, Cell, cell_dimension
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.mesh.reference_cells import shapes
+from modalprep.fe.mesh.select import NodeSet
+
+DEGREE = 4  # products of two quadratic shapes are exact on faces with straight sides
+CROSS = 1e-3  # arms on a straight line, of its radius of gyration: short, so that they count about the line alone
+
+Cells = Mapping[str, np.ndarray]
+
+
+class MeanPoints(NamedTuple):
+    """Points that move as ``share (q, k)`` of the nodes, on arms ``(q, 3)`` from there; ``weight (q,)`` sums to one."""
+
+    share: csr_array
+    arm: np.ndarray
+    weight: np.ndarray
+
+    @classmethod
+    def at_nodes(cls, weights: np.ndarray) -> MeanPoints:
+        """Return the nodes themselves with ``weights (k,)``."""
+        k = len(weights)
+        share = csr_array((np.ones(k), np.arange(k), np.arange(k + 1)), shape=(k, k))
+        return cls(share, np.zeros((k, 3)), weights / weights.sum())
+
+    @classmethod
+    def over(cls, points: np.ndarray, nodes: np.ndarray, cells: Cells) -> MeanPoints:
+        """Return the points of an integral over cells between ``nodes (k,)`` of a mesh with ``points (n, 3)``.
+
+        Examples
+        --------
+        >>> square = np.array([[0.0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1]])
+        >>> over = MeanPoints.over(np.pad(square, ((0, 0), (0, 1))), np.arange(8), {"quad8": np.arange(8)[None]})
+        >>> over.nodal.round(3)  # of a uniform traction
+        array([-0.083, -0.083, -0.083, -0.083,  0.333,  0.333,  0.333,  0.333])
+        """
+        place = np.full(len(points), -1)
+        place[nodes] = np.arange(len(nodes))
+        weight, rows, columns, values, q = [], [], [], [], 0
+        for kind, conn in cells.items():
+            N, dN, rule = shapes(kind, DEGREE)
+            J = np.einsum("qnd,ena->eqad", dN, points[conn])
+            size = np.sqrt(np.linalg.det(np.swapaxes(J, 2, 3) @ J))
+            weight.append((size * rule).ravel())
+            number = q + np.arange(size.size).reshape(size.shape)
+            q += size.size
+            of = np.broadcast_arrays(number[..., None], place[conn][:, None], N[None])
+            for found, part in zip((rows, columns, values), of, strict=True):
+                found.append(part.ravel())
+        weight = np.concatenate(weight)
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        share = coo_array(entries, shape=(q, len(nodes))).tocsr()
+        return cls(share, np.zeros((q, 3)), weight / weight.sum())
+
+    @property
+    def nodal(self) -> np.ndarray:
+        """The weight ``(k,)`` of each node in the mean translation."""
+        return self.share.T @ self.weight
+
+    def places(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the places ``(q, 3)`` of the points for nodes at ``(k, 3)``."""
+        return self.share @ nodes + self.arm
+
+    def crossed(self, nodes: np.ndarray) -> MeanPoints:
+        """Return four points around each node at ``(k, 3)`` of a straight line, on arms that turn with the node."""
+        w = self.nodal
+        r = nodes - w @ nodes
+        across = np.linalg.svd(r, full_matrices=False)[2][1:]
+        arm = CROSS * np.sqrt(w @ np.sum(r**2, axis=1)) * np.concatenate([across, -across])
+        share = MeanPoints.at_nodes(w).share
+        rows = np.repeat(np.arange(len(w)), len(arm))
+        return MeanPoints(share[rows].tocsr(), np.tile(arm, (len(w), 1)), np.repeat(w, len(arm)) / len(arm))
+
+
+def cells_of(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> tuple[dict[str, np.ndarray], str]:
+    """Return the cells over which the mean of a node set is taken, and a note where its faces leave out some nodes.
+
+    They are those of its group with the highest dimension, or else the outer faces between its nodes, or the edges of
+    shells between them; none, so that every node counts alike, where these do not have all nodes.
+
+    Examples
+    --------
+    >>> mesh = Mesh(points=np.eye(4, 3), cells={"quad": np.array([[0, 1, 2, 3]])}, groups={})
+    >>> cells_of(mesh, NodeSet(node=1), np.array([0, 1]))
+    ({'line': array([[0, 1]])}, '')
+    """
+    found = _of_group(mesh, spec)
+    if _missed(found, nodes):
+        found = _outer_faces(mesh, nodes) or _edges(mesh, nodes)
+    missed = _missed(found, nodes)
+    if not missed:
+        return found, ""
+    return {}, f"{missed} of its {len(nodes)} nodes lie on none of its faces or edges: every node counts alike" * bool(
+        found
+    )
+
+
+def _of_group(mesh: Mesh, spec: NodeSet) -> dict[str, np.ndarray]:
+    cells = {kind: conn for kind, conn in (mesh.group(spec.group) if spec.group else {}).items() if len(conn)}
+    top = max((cell_dimension(kind) for kind in cells), default=0)
+    return {kind: conn for kind, conn in cells.items() if cell_dimension(kind) == top > 0}
+
+
+def _missed(cells: Cells, nodes: np.ndarray) -> int:
+    """Return how many of the nodes the cells do not have; all where their shapes are unknown or they have others."""
+    used = np.unique(np.concatenate([np.zeros(0, dtype=int), *(conn.ravel() for conn in cells.values())]))
+    known = all(kind in CELLS and (CELLS[kind].reference or CELLS[kind].powers) for kind in cells)
+    return int(np.sum(~np.isin(nodes, used))) if known and np.isin(used, nodes).all() else len(nodes)
+
+
+def _outer_faces(mesh: Mesh, nodes: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the shells between the nodes, and the faces of volumes where no other follows."""
+    chosen = _Chosen(mesh, nodes)
+    for cell, conn in chosen.of_dimension(3):
+        for number in range(len(cell.faces)):
+            name, local = cell.face(number)
+            chosen.add(name, conn[:, local])
+    found = chosen.taken(once=True)
+    for cell, conn in chosen.of_dimension(2):
+        chosen.add(cell.name, conn)
+    for kind, conn in found.items():
+        chosen.add(kind, conn)
+    return chosen.taken()
+
+
+def _edges(mesh: Mesh, nodes: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the edges of shells between the nodes."""
+    chosen = _Chosen(mesh, nodes)
+    for cell, conn in chosen.of_dimension(2):
+        for number, edge in enumerate(cell.edges):
+            middle = [len(cell.corners) + number] if cell.second_order else []
+            chosen.add("line3" if middle else "line", conn[:, [*edge, *middle]])
+    return chosen.taken()
+
+
+class _Chosen:
+    """Collects cells whose nodes are all chosen."""
+
+    def __init__(self, mesh: Mesh, nodes: np.ndarray):
+        self.mesh, self.found = mesh, {}
+        self.chosen = np.zeros(len(mesh.points), dtype=bool)
+        self.chosen[nodes] = True
+
+    def of_dimension(self, dimension: int) -> list[tuple[Cell, np.ndarray]]:
+        """Return the kinds and cells of the mesh that have a dimension."""
+        known = {kind: conn for kind, conn in self.mesh.cells.items() if kind in CELLS}
+        return [(CELLS[kind], conn) for kind, conn in known.items() if CELLS[kind].dimension == dimension]
+
+    def add(self, kind: str, conn: np.ndarray) -> None:
+        """Add those of the cells that have no other nodes."""
+        own = conn[self.chosen[conn].all(axis=1)]
+        if len(own):
+            self.found.setdefault(kind, []).append(own)
+
+    def taken(self, once: bool = False) -> dict[str, np.ndarray]:
+        """Return each cell that was added, or those that were added `once`, and forget them."""
+        found, self.found = self.found, {}
+        result = {}
+        for kind, parts in found.items():
+            conn = np.concatenate(parts)
+            _, first, count = np.unique(np.sort(conn, axis=1), axis=0, return_index=True, return_counts=True)
+            result[kind] = conn[first[count == 1] if once else first]
+        return {kind: conn for kind, conn in result.items() if len(conn)}
