@@ -26,9 +26,10 @@ def own(model):
 
 
 def from_own(model, interfaces, **options):
-    """The same structure by its matrices, in mesh coordinates."""
+    """The same structure by its matrices and its cells, in mesh coordinates."""
     K, M, dof = own(model)
-    return mp.fe.model_from_matrices(K, M, model.points + model.origin, dof, interfaces=interfaces, **options)
+    nodes = mp.fe.Mesh(points=model.points + model.origin, cells=model.cells, groups={})
+    return mp.fe.model_from_matrices(K, M, nodes, dof, interfaces=interfaces, **options)
 
 
 def body(model, modes=6, truncation=()):
@@ -70,6 +71,14 @@ def test_solids_agree_in_every_integral(case):
     for i in range(3):
         for j in range(3):
             assert abs(other.M_ab[i, j] - direct.M_ab[i, j]).max() < EXACT * abs(direct.M).max()
+
+
+def test_means_of_nodes_without_faces_are_said():
+    direct = solid()
+    K, M, dof = own(direct)
+    other = mp.fe.model_from_matrices(K, M, direct.points + direct.origin, dof, interfaces=FACES)
+    assert sum("every node of an rbe3 counts alike" in note for note in other.notes) == 1
+    assert not any("counts alike" in note for note in from_own(direct, FACES).notes)
 
 
 def skin(nx):

@@ -39,6 +39,8 @@ ROTATIONS = (
     "rotary inertia and of (element length / body length)^2"
 )
 
+NO_FACES = "built from matrices without faces: every node of an rbe3 counts alike, whatever its area"
+
 NO_ARMS = (
     "built from matrices with rotations: what mass beside the nodes (rotary inertia, offsets) adds to the geometric "
     "stiffness under inertia loads is not known and left out"
@@ -137,7 +139,8 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     at_frames = [position for name, position in at.items() if interfaces[name].kind != "node"]
     dof = np.concatenate([dof, n + np.arange(6 * len(at_frames)).reshape(-1, 6)])
     K, M = (_widened(A, n + 6 * len(at_frames)) for A in (K, M))
-    frames, links, *_ = place(mesh, interfaces, sets, at, dof)
+    frames, links, _, unlike = place(mesh, interfaces, sets, at, dof)
+    unlike += (NO_FACES,) if any(link.kind == "rbe3" and link.mean_points is None for link in links) else ()
     constraints = constrain(links, K.shape[0])
     C, free = without_unused_dofs(constraints.C, constraints.free, K.diagonal() + M.diagonal(), frames)
     R = rigid_motions(np.concatenate([mesh.points, np.reshape(at_frames, (-1, 3))]) - origin, dof, K.shape[0])
@@ -163,7 +166,7 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
         rotating_mass=RotatingMass([], dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256, "notes": "; ".join((*said, *turns))},
-        notes=(*mesh.notes, *said, *turns),
+        notes=(*mesh.notes, *said, *turns, *unlike),
     )
 
 

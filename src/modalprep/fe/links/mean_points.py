@@ -106,7 +106,8 @@ def cells_of(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> tuple[dict[str, np
 
 
 def _of_group(mesh: Mesh, spec: NodeSet) -> dict[str, np.ndarray]:
-    cells = {kind: conn for kind, conn in (mesh.group(spec.group) if spec.group else {}).items() if len(conn)}
+    rows = mesh.groups[spec.group] if spec.group else {}
+    cells = {kind: mesh.cells[kind][own] for kind, own in rows.items() if kind in mesh.cells and len(own)}
     top = max((cell_dimension(kind) for kind in cells), default=0)
     return {kind: conn for kind, conn in cells.items() if cell_dimension(kind) == top > 0}
 
