@@ -56,10 +56,12 @@ base.z = "1 g"
 channel = "base.force.z"
 factor = 1.2
 break_frequency = "1 Hz"
+max_depth = 40
 
 [[response.sine.notch]]
 channel = "tip.acceleration.z"
 limit = "2 g"
+max_depth = 40
 
 [response.noise]
 kind = "random"
@@ -69,6 +71,7 @@ base.z = {{ frequency = [0.2, 2, 50], values = ["0.01 g^2/Hz", "0.01 g^2/Hz", "-
 [[response.noise.notch]]
 channel = "base.force.z"
 design_acceleration = "0.5 g"
+max_depth = 60
 
 [response.drop]
 kind = "transient"
@@ -188,6 +191,18 @@ def test_all_of_it(job, tmp_path, capsys):
         "Fatigue root",
     ):
         assert words in page
+
+
+def test_a_notch_that_may_not_be_deep_enough_is_warned_of(job, tmp_path, capsys):
+    """With 14 dB, the default, the tip exceeds its 2 g; page, terminal and JSON say by how much."""
+    assert main(["run", str(job(old='limit = "2 g"\nmax_depth = 40\n', new='limit = "2 g"\n')), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    words = "tip.acceleration.z (limit) is exceeded by "
+    assert any(note.startswith(words) and "max_depth" in note for note in said["responses"]["sine"]["notes"])
+    deepest = max(said["responses"]["sine"]["notches"], key=lambda n: n["depth"] if "tip" in n["reason"] else 0)
+    assert deepest["depth"] == pytest.approx(14.0)
+    assert deepest["limited"] is True
+    assert words in (tmp_path / "output" / "job" / "job.html").read_text()
 
 
 @pytest.mark.parametrize(

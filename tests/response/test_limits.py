@@ -21,7 +21,7 @@ def test_notched_response_is_at_its_limit(density):
     given = np.where(F < 100, 4.0, 1.0)
     H = {"base": apparent_mass(F, 80, 20, 60, 0.02), "bracket": apparent_mass(F, 1, 0, 220, 0.01)}
     limits = {"base": force_limit(F, given, mass=100, factor=1.5, break_frequency=70, density=density), "bracket": 9.0}
-    found = notch(F, given, H, limits, density=density)
+    found = notch(F, given, H, limits, density=density, max_depth=np.inf)
     at = found.notched < given
     assert 0 < at.sum() < len(F)
     ratios = np.array([found.responses[n] / found.limits[n] for n in limits])
@@ -37,6 +37,24 @@ def test_notched_response_is_at_its_limit(density):
     assert first.start < first.frequency < first.end
     expected = np.abs(H["base"]) ** power * found.notched
     np.testing.assert_allclose(found.responses["base"], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("density", [False, True])
+def test_no_notch_is_deeper_than_allowed(density):
+    """A response of 100 times its limit: 40 dB, of which 14 are cut by default; 26 dB are left, by the definition."""
+    f, one = np.array([10.0, 20.0, 30.0]), np.ones(3)
+    H, limits = {"a": np.array([1.0, 1000.0, 1.0]), "b": np.array([1.0, 1.0, 30.0])}, {"a": 10.0, "b": 10.0}
+    if density:
+        limits = {name: x**2 for name, x in limits.items()}
+    found = notch(f, one, H, limits, density=density)
+    assert found.depth == pytest.approx([0, 14, 20 * np.log10(3)], abs=1e-12)
+    assert [n.limited for n in found.notches] == [True, False]
+    assert found.exceeded == {"a": (pytest.approx(26.0), 20.0)}
+    deeper = notch(f, one, H, limits, density=density, max_depth={"a": 40.0, "b": 6.0})
+    assert deeper.depth == pytest.approx([0, 40, 6])
+    assert list(deeper.exceeded) == ["b"]
+    with pytest.raises(mp.InputError, match="give a positive one"):
+        notch(f, one, H, limits, density=density, max_depth=0.0)
 
 
 def test_no_limit_no_notch():
@@ -67,7 +85,7 @@ def test_quasi_static_limit_of_a_random_force():
     """Cut at its level the force has three standard deviations of the design force."""
     force = np.abs(apparent_mass(F, 80, 20, 60, 0.02)) ** 2
     level = quasi_static_limit(F, force, mass=100.0, acceleration=20.0, density=True)
-    found = notch(F, np.ones(F.shape), {"base": np.sqrt(force)}, {"base": level}, density=True)
+    found = notch(F, np.ones(F.shape), {"base": np.sqrt(force)}, {"base": level}, density=True, max_depth=np.inf)
     assert 3 * np.sqrt(np.trapezoid(found.responses["base"], F)) == pytest.approx(2000, rel=1e-12)
     assert np.all(quasi_static_limit(F, force, mass=1e4, acceleration=50.0, density=True) == np.inf)
     assert quasi_static_limit(F, force, mass=100.0, acceleration=20.0, density=False)[0] == 2000

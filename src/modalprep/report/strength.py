@@ -34,7 +34,12 @@ def notch_rows(cut: NotchedInput) -> list[tuple[str, ...]]:
     [('20 Hz', '20 Hz', '20 Hz', '12.0 dB', 'base.force.z (limit)')]
     """
     return [
-        (*(f"{hertz(x)} Hz" for x in (n.start, n.end, n.frequency)), f"{n.depth:.1f} dB", n.reason) for n in cut.notches
+        (
+            *(f"{hertz(x)} Hz" for x in (n.start, n.end, n.frequency)),
+            f"{n.depth:.1f} dB{', the most allowed' * n.limited}",
+            n.reason,
+        )
+        for n in cut.notches
     ]
 
 

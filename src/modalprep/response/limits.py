@@ -12,6 +12,8 @@ import scipy
 from modalprep.errors import InputError
 from modalprep.records import Record
 
+MAX_DEPTH = 14.0  # dB of a notch that nothing else is said of: a fifth of the amplitude
+ABOVE = 1e-9  # relative, of a response over its limit that is not round-off
 SIGMAS = 3.0  # standard deviations that count as the peak of a random response
 
 
@@ -29,6 +31,8 @@ class Notch(Record):
         There, dB below the input: ``20 log10`` of the ratio of amplitudes.
     reason : str
         The limit that rules there.
+    limited : bool
+        Whether its largest depth stops it, so that the response exceeds the limit.
     """
 
     start: float
@@ -36,6 +40,7 @@ class Notch(Record):
     frequency: float
     depth: float
     reason: str
+    limited: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,6 +85,23 @@ class NotchedInput(Record):
         share = np.divide(self.notched, self.given, out=np.ones_like(self.given), where=self.given > 0)
         return -(10 if self.density else 20) * np.log10(share) + 0.0
 
+    @property
+    def exceeded(self) -> dict[str, tuple[float, float]]:
+        """Limits that responses to the notched input still exceed, as their notches would be deeper than allowed.
+
+        Returns
+        -------
+        {name: (dB, Hz)}
+            By how much, and where, at most.
+        """
+        found = {}
+        for name, response in self.responses.items():
+            ratio = response / self.limits[name]
+            if ratio.max(initial=0.0) > 1 + ABOVE:
+                k = int(np.argmax(ratio))
+                found[name] = float((10 if self.density else 20) * np.log10(ratio[k])), float(self.frequency[k])
+        return found
+
 
 def notch(
     frequency: np.ndarray,
@@ -88,6 +110,7 @@ def notch(
     limits: Mapping[str, np.ndarray | float],
     *,
     density: bool,
+    max_depth: float | Mapping[str, float] = MAX_DEPTH,
 ) -> NotchedInput:
     """Lower an input where a response would exceed its limit, so far that it equals it there.
 
@@ -103,6 +126,9 @@ def notch(
         Of the responses: amplitudes (N, ...), or spectral densities; infinite where there is none.
     density : bool
         Whether the input and the limits are spectral densities.
+    max_depth : float or {name: float}
+        dB, of the notches that each limit may cut. Where it would need more, the response exceeds the limit
+        (`NotchedInput.exceeded`).
 
     Returns
     -------
@@ -111,7 +137,7 @@ def notch(
     Raises
     ------
     InputError
-        When a limit has no transfer, shapes differ, or a limit is not positive.
+        When a limit has no transfer, shapes differ, or a limit or a depth is not positive.
 
     References
     ----------
@@ -135,6 +161,7 @@ def notch(
             raise InputError(f"notch {name!r}: a limit of {bounds[name].min():g} allows no input; give a positive one")
     ceilings = np.array([np.divide(bounds[n], gains[n], out=np.full(given.shape, np.inf), where=gains[n] > 0)
                          for n in limits]).reshape(len(limits), len(given))  # fmt: skip
+    ceilings = np.maximum(ceilings, _floors(given, limits, max_depth, density))
     notched = np.minimum(given, ceilings.min(axis=0, initial=np.inf))
     ruling = np.argmin(ceilings, axis=0) if limits else np.zeros(len(given), dtype=int)
     found = NotchedInput(
@@ -151,6 +178,16 @@ def _known(limits: Mapping, transfers: Mapping) -> list[str]:
     return list(limits)
 
 
+def _floors(
+    given: np.ndarray, names: Mapping, max_depth: float | Mapping[str, float], density: bool
+) -> np.ndarray:  # fmt: skip
+    """Return the lowest inputs (limits, nf) to which each limit may cut."""
+    depths = np.array([max_depth[n] if isinstance(max_depth, Mapping) else max_depth for n in names], dtype=float)
+    if not np.all(depths > 0):
+        raise InputError(f"the largest depth of a notch is {depths.min():g} dB; give a positive one")
+    return given * 10.0 ** (-depths[:, None] / (10 if density else 20))
+
+
 def _notches(found: NotchedInput, ruling: np.ndarray, names: list[str]) -> tuple[Notch, ...]:
     lowered, depth = found.notched < found.given, found.depth
     rules = np.where(lowered, ruling, -1)
@@ -160,7 +197,9 @@ def _notches(found: NotchedInput, ruling: np.ndarray, names: list[str]) -> tuple
         k = first + int(np.argmax(depth[first:after]))
         ends = {"start": found.frequency[first], "end": found.frequency[after - 1], "frequency": found.frequency[k]}
         numbers = {key: float(value) for key, value in (ends | {"depth": depth[k]}).items()}
-        notches.append(Notch(**numbers, reason=names[ruling[k]]))
+        name = names[ruling[k]]
+        over = found.responses[name][k] > found.limits[name][k] * (1 + ABOVE)
+        notches.append(Notch(**numbers, reason=name, limited=bool(over)))
     return tuple(notches)
 
 

@@ -54,7 +54,7 @@ def notched_input(table: Limited, response: Response, body: FlexibleBody, folder
     curves = {name: _sizes(response, name.partition(" ")[0]) for name in limits}
     safe = np.where(given > 0, given, 1.0)
     transfers = {name: np.sqrt(x / safe) if density else x / safe for name, x in curves.items()}
-    return notch(response.axis, given, transfers, limits, density=density)
+    return notch(response.axis, given, transfers, limits, density=density, max_depth=_depths(table, response))
 
 
 def limit_curves(
@@ -64,10 +64,25 @@ def limit_curves(
     found: dict[str, np.ndarray] = {}
     for row in table.notch:
         for name in _limited(row, response):
-            word, values = _limit(row, name, response, body, folder, inputs)
-            key = f"{name} ({word})"
+            values, key = _limit(row, name, response, body, folder, inputs), f"{name} ({_word(row)})"
             found[key] = np.minimum(found[key], values) if key in found else values
     return found
+
+
+def _depths(table: Limited, response: Response) -> dict[str, float]:
+    """Return the largest depths (dB) of the notches of each limit, by its channel and kind; of several the largest."""
+    found: dict[str, float] = {}
+    for row in table.notch:
+        for name in _limited(row, response):
+            key = f"{name} ({_word(row)})"
+            found[key] = max(found.get(key, 0.0), row.max_depth)
+    return found
+
+
+def _word(row: NotchTable) -> str:
+    if row.limit is not None:
+        return "limit"
+    return "quasi-static" if row.design_acceleration is not None else "semi-empirical"
 
 
 def _limited(row: NotchTable, response: Response) -> list[str]:
@@ -80,7 +95,7 @@ def _limited(row: NotchTable, response: Response) -> list[str]:
 
 def _limit(
     row: NotchTable, name: str, response: Response, body: FlexibleBody, folder: Path, inputs: np.ndarray
-) -> tuple[str, np.ndarray]:
+) -> np.ndarray:
     density, f, mass = response.kind == "random", response.axis, row.mass or body.m
     if row.limit is not None:
         unit = response.units[response.names.index(name)]
@@ -89,11 +104,11 @@ def _limit(
         except ValueError as error:
             raise InputError(f"notch of {name}: {error}") from None
         outside = (f < found.band[0]) | (f > found.band[1])
-        return "limit", np.where(outside, np.inf, found.at(f))
+        return np.where(outside, np.inf, found.at(f))
     if row.design_acceleration is not None:
         acceleration = level(row.design_acceleration, "m/s^2", None)
         force = _sizes(response, name)
-        return "quasi-static", quasi_static_limit(
+        return quasi_static_limit(
             f, force, mass=mass, acceleration=acceleration, density=density, weight=response.weight
         )
     driven = name.replace("force.", "")  # base.force.x follows base.x
@@ -102,7 +117,7 @@ def _limit(
         f, acceleration, mass=mass, factor=row.factor, break_frequency=row.break_frequency, rolloff=row.rolloff,
         density=density,
     )  # fmt: skip
-    return "semi-empirical", np.where(acceleration > 0, found, np.inf)
+    return np.where(acceleration > 0, found, np.inf)
 
 
 def squared(unit: str) -> str:
@@ -143,8 +158,22 @@ def _points(inputs: Mapping[str, Spectrum], cut: NotchedInput, share: np.ndarray
     return np.unique(np.concatenate([f[near], corners[(corners > f[0]) & (corners < f[-1])]]))
 
 
+def too_shallow(cut: NotchedInput) -> list[str]:
+    """Return a warning of each limit that is exceeded because its notch would be deeper than `max_depth`."""
+    return [
+        f"{key} is exceeded by {over:.1f} dB at {at:.4g} Hz, as its notch may not be deeper than max_depth: agree a "
+        "deeper one, or another limit"
+        for key, (over, at) in cut.exceeded.items()
+    ]
+
+
 def excess(
-    table: Limited, response: Response, body: FlexibleBody, folder: Path, inputs: Mapping[str, Spectrum]
+    table: Limited,
+    response: Response,
+    body: FlexibleBody,
+    folder: Path,
+    inputs: Mapping[str, Spectrum],
+    cut: NotchedInput,
 ) -> list[str]:
     """Return a note where a response to notched inputs exceeds its limit; `inputs` are those before."""
     given = np.stack([x.at(response.axis) for x in inputs.values()], axis=1)
@@ -152,6 +181,6 @@ def excess(
     for key, values in limit_curves(table, response, body, folder, given).items():
         power = 2 if response.kind == "random" else 1
         most = np.max(_sizes(response, key.partition(" ")[0]) / values) ** (1 / power) - 1
-        if most > TOO_MUCH and "quasi-static" not in key:
+        if most > TOO_MUCH and "quasi-static" not in key and key not in cut.exceeded:
             notes.append(f"{key} is exceeded by {100 * most:.1f} % between the points of the notched input")
     return notes

@@ -15,7 +15,7 @@ from modalprep.pipeline.build.build import stand_in
 from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.responses.notches import excess, lowered, notched_input, with_limited
+from modalprep.pipeline.responses.notches import excess, lowered, notched_input, too_shallow, with_limited
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.responses.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
@@ -125,7 +125,8 @@ def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> tuple[Re
         return response, None
     cut = notched_input(table, response, body, folder)
     found = _driven_by(lowered(inputs, cut), table.model_copy(update={"refine": False}), body, cut.frequency)
-    return found.with_(notes=(*found.notes, *excess(table, found, body, folder, inputs))), cut
+    warnings, notes = too_shallow(cut), excess(table, found, body, folder, inputs, cut)
+    return found.with_(notes=(*warnings, *found.notes, *notes), warnings=(*warnings, *found.warnings)), cut
 
 
 def _driven_by(

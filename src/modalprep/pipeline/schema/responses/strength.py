@@ -13,6 +13,7 @@ from modalprep.pipeline.schema.base import Table
 from modalprep.pipeline.schema.quantities import Allowable, Duration, Frequency, Mass
 from modalprep.pipeline.schema.time import Curve, Level
 from modalprep.response.fatigue import METHODS
+from modalprep.response.limits import MAX_DEPTH
 from modalprep.response.shock import KINDS, STARTS
 from modalprep.response.sn_curve import SNCurve
 from modalprep.suggest import suggestion
@@ -44,6 +45,9 @@ class NotchTable(Table):
         None, description="m/s^2; the force of the base stays within mass times it, of random ones three sigma"
     )
     mass: Annotated[Mass, Field(gt=0)] | None = Field(None, description="kg; default that of the body")
+    max_depth: Annotated[float, Field(gt=0)] = Field(
+        MAX_DEPTH, description="dB, of its notches; where they would be deeper, the limit is exceeded, with a warning"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> NotchTable:
