@@ -152,7 +152,7 @@ def test_schema_leaves_out_the_names_that_users_choose(capsys):
 
 def test_the_shell_completes_commands_and_options():
     """As the lines of ``--show-completion`` ask in bash: the words, and the number of the one to complete."""
-    for line, answer in (("modalprep ru", "run"), ("modalprep run --no", "--no-pictures")):
+    for line, answer in (("modalprep ru", "run"), ("modalprep run --no-p", "--no-pictures")):
         asked = {"_MODALPREP_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(line.count(" "))}
         code = "from modalprep.cli.commands import app; app(prog_name='modalprep')"
         done = subprocess.run(
@@ -388,12 +388,13 @@ def test_open_shows_the_page_of_the_report(job, monkeypatch, capsys):
 
 
 def test_open_is_refused_before_the_work(job, capsys):
-    """A file that has a system alone makes no page."""
+    """A file that has neither a body nor a run makes no page."""
     assert main(["run", str(job)]) == 0
     system = job.with_name("system.toml")
     body = job.parent / "output" / "job" / "job.h5"
     start = job.read_text().index("[joints")
-    system.write_text(f'[bodies.job]\nfile = "{body}"\n' + job.read_text()[start:])
+    text = f'[bodies.job]\nfile = "{body}"\n' + job.read_text()[start:]
+    system.write_text(text[: text.index("[simulation]")] + "[analysis]\n")
     capsys.readouterr()
     assert main(["run", str(system), "--open"]) == 2
     assert "makes no report page" in capsys.readouterr().err

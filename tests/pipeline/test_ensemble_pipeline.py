@@ -62,7 +62,7 @@ def test_files_and_tables(run, tmp_path):
     assert code == 0
     assert found["ensemble"] == {"cases": 8, "done": 8, "notes": [], "failures": []}
     names = ["job-run.h5", "job-run.csv", "job-ensemble.h5", "job-ensemble.csv", "job-ensemble-cases.csv",
-             "job-ensemble-1.png", "job-ensemble-2.png"]  # fmt: skip
+             "job-ensemble-1.png", "job-ensemble-2.png", "job-run.html"]  # fmt: skip
     assert found["files"] == [str(folder / name) for name in names]
     assert all((folder / name).stat().st_size > 100 for name in names)
     kept = read_ensemble(folder / "job-ensemble.h5")

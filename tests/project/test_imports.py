@@ -42,12 +42,12 @@ LAYERS = {
     "report": (
         "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts",
         "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation",
-        "page", "view", "show",
+        "page", "run_page", "view", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
         "schema.reduction", "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures",
-        "run", "batch", "init",
+        "drawn_runs", "run", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home

@@ -80,9 +80,13 @@ def test_no_browser_is_one_sentence_before_any_work(project, tmp_path, monkeypat
 
 
 def test_pipeline_without_a_page_refuses_a_pdf(project, tmp_path, capsys):
-    file = project / "pipelines" / "double-pendulum.toml"
-    assert main(["run", str(file), "--output", str(tmp_path / "out"), "--pdf"]) == 2
-    assert "makes no report page, as it has no body; leave --pdf out" in " ".join(capsys.readouterr().err.split())
+    text = (project / "pipelines" / "double-pendulum.toml").read_text(encoding="utf-8")
+    file = tmp_path / "job.toml"
+    file.write_text(re.sub(r"\[simulation\].*", "[analysis]\n", text, flags=re.DOTALL), encoding="utf-8")
+    said = {(): "it has neither a body nor a [simulation]", ("--no-report",): "--no-report is given"}
+    for more, why in said.items():
+        assert main(["run", str(file), "--output", str(tmp_path / "out"), "--pdf", *more]) == 2
+        assert f"makes no report page, as {why}; leave --pdf out" in " ".join(capsys.readouterr().err.split())
 
 
 def test_browser_that_fails_leaves_nothing(tmp_path):

@@ -28,6 +28,7 @@ Settings = Annotated[
     typer.Option("--set", help="KEY=VALUE that replaces the file's, such as reduction.modes=20; may be repeated."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+Report = Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML pages.")]
 Pdf = Annotated[bool, typer.Option("--pdf", help="Also print the report page to a PDF file, by a Chromium.")]
 PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
 ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]

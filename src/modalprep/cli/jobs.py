@@ -7,12 +7,25 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Settings, app, end_with, open_page, print_json
+from modalprep.cli.common import (
+    Json,
+    Output,
+    Pdf,
+    PipelineFile,
+    Quiet,
+    Report,
+    Settings,
+    app,
+    end_with,
+    open_page,
+    print_json,
+)
 from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.batch.batch import Batch
     from modalprep.pipeline.batch.job import Job
+    from modalprep.pipeline.schema.pipeline import Pipeline
 
 
 @app.command()
@@ -21,6 +34,7 @@ def run(
     output: Output = None,
     settings: Settings = None,
     pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the mesh and the modes.")] = True,
+    report: Report = True,
     show: Annotated[bool, typer.Option("--open", help="Open the report page in the browser.")] = False,
     pdf: Pdf = False,
     quiet: Quiet = False,
@@ -28,8 +42,8 @@ def run(
 ) -> None:
     """Build the body of a pipeline file, analyse and simulate it.
 
-    Each part is done when the file asks for it. The body comes with a report page and pictures. The exit code is 1 when
-    an audit fails, a margin is negative or a damage is 1 or more.
+    Each part is done when the file asks for it. The body and the run come with a page each, the body with pictures.
+    The exit code is 1 when an audit fails, a margin is negative or a damage is 1 or more.
     """
     from modalprep.errors import InputError
     from modalprep.pipeline.batch.settings import with_settings
@@ -41,20 +55,25 @@ def run(
     reporter = Reporter(quiet=as_json or quiet)
     file, output = with_settings(file, settings or [], output)
     wanted = "--open" if show else "--pdf" if pdf else ""
-    if wanted and not load_pipeline(file).has_body:
-        raise InputError(f"{wanted}: this pipeline file makes no report page, as it has no body; leave {wanted} out")
+    if wanted and not (report and _has_page(load_pipeline(file))):
+        why = "it has neither a body nor a [simulation]" if report else "--no-report is given"
+        raise InputError(f"{wanted}: this pipeline file makes no report page, as {why}; leave {wanted} out")
     browser = find_browser() if pdf else None
-    outcome = run_pipeline(file, output, reporter, pictures=pictures)
-    page = next((path for path in reporter.files if path.suffix == ".html"), None)
-    if browser:
+    outcome = run_pipeline(file, output, reporter, pictures=pictures, report=report)
+    pages = [path for path in reporter.files if path.suffix == ".html"]
+    for page in pages if browser else ():
         reporter.wrote(print_page(page, browser))
     if as_json:
         print_json(summary.outcome(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
     if show:
-        open_page(page, reporter)
+        open_page(pages[0], reporter)
     end_with(outcome.failures + outcome.exceeded)
+
+
+def _has_page(pipeline: Pipeline) -> bool:
+    return pipeline.has_body or pipeline.simulation is not None
 
 
 @app.command()

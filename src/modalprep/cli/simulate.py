@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, Output, PipelineFile, Quiet, Settings, app, end_with, print_json
+from modalprep.cli.common import Json, Output, PipelineFile, Quiet, Report, Settings, app, end_with, print_json
 from modalprep.report import summary
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def simulate(
     animate: Animate = None,
     colour: Colour = None,
     vtu: Vtu = None,
+    report: Report = True,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -53,8 +54,10 @@ def simulate(
     from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.run import Outcome, plot_runs
+    from modalprep.pipeline.drawn_runs import plot_runs
+    from modalprep.pipeline.run import Outcome, strength_sections
     from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.systems.page import page_of_run
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
     _refuse_options(animate, colour, vtu)
@@ -65,10 +68,14 @@ def simulate(
     how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
     done = simulate_pipeline(file, output, reporter, target=target, **how)
     outcome = Outcome(target.parent if target else output_folder(file, output), simulated=done)
-    plot_runs(file, pipeline, done, outcome.folder, reporter)
+    outcome.plots = plot_runs(file, pipeline, done, outcome.folder, reporter)
     if pipeline.srs or pipeline.fatigue:
         outcome.strength = _strength(file, pipeline, done, outcome.folder, reporter)
+        outcome.sections = strength_sections(outcome.strength)
     _pictures(file, pipeline, outcome, (animate, colour, vtu), reporter)
+    if report:
+        more = {"plots": outcome.plots, "film": outcome.film, "sections": outcome.sections}
+        page_of_run(file, pipeline, done, reporter, **more)
     if as_json:
         print_json(summary.simulation(outcome, reporter))
     else:
@@ -100,16 +107,16 @@ def _pictures(
     reporter: Reporter,
 ) -> None:
     """Draw the film that the options or the file ask for, and write the series."""
-    from modalprep.pipeline.run import film_run
+    from modalprep.pipeline.drawn_runs import film_run
 
     (animate, colour, vtu), done = wanted, outcome.simulated
     if animate:
         from modalprep.pipeline.film import draw_film
 
         drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
-        reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
+        outcome.film = reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
     else:
-        film_run(file, pipeline, done, outcome.folder, reporter, [])
+        outcome.film = film_run(file, pipeline, done, outcome.folder, reporter, [])
     if vtu:
         _series(done, vtu, reporter)
 

@@ -39,6 +39,7 @@ class Outcome:
     responses: list[Responded] = field(default_factory=list)
     strength: Strength | None = None
     mass_plot: Path | None = None
+    film: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     sections: list[Section] = field(default_factory=list)  # of the report page
@@ -60,7 +61,13 @@ class Outcome:
 
 
 def run_pipeline(
-    path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None, *, pictures: bool = True
+    path: Path,
+    output: Path | None,
+    reporter: Reporter,
+    cache: Cache | None = None,
+    *,
+    pictures: bool = True,
+    report: bool = True,
 ) -> Outcome:
     """Run all stages of a pipeline file.
 
@@ -74,6 +81,8 @@ def run_pipeline(
         Cache of previous results.
     pictures : bool
         False draws no mesh and no modes, whatever the file says.
+    report : bool
+        False writes no HTML pages.
 
     Raises
     ------
@@ -106,7 +115,9 @@ def run_pipeline(
             _body_charts(path, pipeline, outcome, reporter)
         _systems(path, pipeline, output, outcome, reporter)
         if outcome.built is not None:
-            _page(path, pipeline, outcome, reporter, drawn)
+            _page(path, pipeline, outcome, reporter, drawn, report)
+        if outcome.simulated is not None and report:
+            _run_page(path, pipeline, outcome, reporter)
     return outcome
 
 
@@ -204,64 +215,34 @@ def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Out
 
 
 def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.drawn_runs import film_run, plot_runs
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
     outcome.simulated = simulate_pipeline(path, output, reporter)
     outcome.notes += outcome.simulated.notes
     outcome.plots += plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
-    film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
+    outcome.film = film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
 
 
 def _strength(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.responses.strength import strength
-    from modalprep.report.body_page.responses import fatigue_section, shock_section
 
     run = next(iter(outcome.simulated.runs.values())) if outcome.simulated else None
     responses = {found.name: found.response for found in outcome.responses}
     outcome.strength = strength(path, pipeline, responses, run, outcome.folder, reporter)
     outcome.notes += outcome.strength.notes
-    outcome.sections += [shock_section(name, plot) for name, plot in outcome.strength.plots.items()]
-    outcome.sections += [fatigue_section(name, damage) for name, damage in outcome.strength.fatigue.items()]
+    outcome.sections += strength_sections(outcome.strength)
 
 
-def plot_runs(
-    path: Path, pipeline: Pipeline, simulated: Simulated, folder: Path, reporter: Reporter
-) -> list[tuple[str, Path]]:
-    """Draw the [[plots]] of a pipeline file; return (title, file) of each."""
-    if not pipeline.plots:
-        return []
-    from modalprep.report.charts.plots import history_plot
+def strength_sections(found: Strength) -> list[Section]:
+    """Return the sections of shock spectra and of damage."""
+    from modalprep.report.body_page.responses import fatigue_section, shock_section
 
-    drawn = []
-    for number, plot in enumerate(pipeline.plots, start=1):
-        suffix = "" if len(pipeline.plots) == 1 else f"-{number}"
-        target = folder / f"{path.stem}-history{suffix}.png"
-        reference = [point.model_dump() for point in plot.reference]
-        runs = simulated.runs
-        if plot.relative_to is not None:
-            runs = {label: run.relative_to(plot.relative_to) for label, run in runs.items()}
-        history_plot(runs, plot.channels, target, title=plot.title, ylabel=plot.ylabel, reference=reference)
-        drawn.append((plot.title or ", ".join(plot.channels), reporter.wrote(target)))
-    return drawn
+    shocks = [shock_section(name, plot) for name, plot in found.plots.items()]
+    return [*shocks, *(fatigue_section(name, damage) for name, damage in found.fatigue.items())]
 
 
-def film_run(
-    path: Path, pipeline: Pipeline, simulated: Simulated, folder: Path, reporter: Reporter, notes: list[str]
-) -> None:
-    """Draw the film that a pipeline file asks for, or report in one line why not."""
-    if pipeline.output.film == "none":
-        return
-    from modalprep.pipeline.film import draw_film
-    from modalprep.pipeline.pictures import not_drawn
-
-    try:
-        target = folder / f"{path.stem}.{pipeline.output.film}"
-        reporter.wrote(draw_film(pipeline.film, simulated.system, next(iter(simulated.runs.values())), target))
-    except RenderError as error:
-        not_drawn(error, notes, reporter)
-
-
-def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, drawn: Pictures) -> None:
+def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, drawn: Pictures, report: bool) -> None:
     from modalprep.pipeline.build.described import page_inputs
     from modalprep.report.body_page.convergence import convergence_section
     from modalprep.report.body_page.section import FAILED, Verdict
@@ -270,6 +251,8 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
 
     built = outcome.built
     mesh_picture, pictures = drawn.draw(built.body, built.file, reporter, outcome.notes)
+    if not report:
+        return
     page, limits = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.limits
     convergence = [convergence_section(built.convergence)] if built.convergence else []
     static = of_errors({"static responses": ((), built.error.static)}, limits) if built.error else []
@@ -290,3 +273,11 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         verdicts=[*static, *(Verdict(name="audit of the run", result=FAILED, says=why) for why in outcome.failures)],
     )
     reporter.wrote(page)
+
+
+def _run_page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    """Write the page of the main run; its damage stands there where there is no page of a body."""
+    from modalprep.pipeline.systems.page import page_of_run
+
+    more = {"plots": outcome.plots, "film": outcome.film, "sections": [] if outcome.built else outcome.sections}
+    page_of_run(path, pipeline, outcome.simulated, reporter, **more)

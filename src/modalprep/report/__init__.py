@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.system_animation import animate_system as animate_system
     from modalprep.report.pictures.system_animation import render_motion as render_motion
     from modalprep.report.pictures.system_parts import FilmStyle as FilmStyle
+    from modalprep.report.run_page.page import write_run_page as write_run_page
     from modalprep.report.view.page import view_body as view_body
     from modalprep.report.view.page import view_mesh as view_mesh
     from modalprep.report.view.page import view_run as view_run
@@ -40,6 +41,7 @@ _NAMES = {
     "pictures.system_parts": "FilmStyle",
     "charts.mass_chart": "effective_mass_plot",
     "charts.plots": "history_plot",
+    "run_page.page": "write_run_page",
     "view.page": "view_body view_mesh view_run",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

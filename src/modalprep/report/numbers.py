@@ -34,7 +34,7 @@ def number(value: float, digits: int = 4) -> str:
         return ""
     if math.isinf(value):
         return "infinite" if value > 0 else "-infinite"
-    text = f"{value:.{digits}g}"
+    text = f"{value + 0.0:.{digits}g}"
     if value == 0 or LEAST <= abs(value) < MOST:
         return f"{value:.0f}" if "e" in text or abs(value) >= 10**digits else text
     return raised(text)

@@ -93,7 +93,7 @@ def simulate_pipeline(
     folder = target.parent if target else output_folder(path, output)
     own, target = target is None, target or folder / f"{path.stem}-run.h5"
     stem = folder / path.stem
-    written = (target, _csv_beside(target), _envelopes_beside(target))
+    written = (target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html"))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run
         from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
 

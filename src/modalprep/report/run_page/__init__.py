@@ -1,0 +1,1 @@
+"""The page of a run of a system: method, audits, extremes, plots, film, inputs, sign-off."""
