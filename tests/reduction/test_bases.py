@@ -131,12 +131,16 @@ def test_error_of_an_exact_reduction_is_round_off(model):
 
 
 def test_error_sees_what_is_missing(model):
-    """Without the first mode the frequencies are wrong; without truncation vectors the statics of a free tip."""
+    """Without the first mode the frequencies are wrong; without truncation vectors the statics of a free tip.
+
+    The good one is off by 0.7 % at a resonance of 1 % damping, whose frequency is off by 3e-5.
+    """
     keeps = ("all", "mode > 1")
     good, bad = (
         reduction_error(model, craig_bampton(model, modes=12, keep=keep, truncation=()), up_to=10.0) for keep in keeps
     )
-    assert good.worst < 1e-3 < bad.worst
+    assert good.worst < 1e-2 < bad.worst
+    assert good.frequency.max() < 1e-4
     free = cantilever_model(20)
     with_vectors = reduction_error(free, craig_bampton(free, modes=3), up_to=2.0)
     without = reduction_error(free, craig_bampton(free, modes=3, truncation=()), up_to=2.0)

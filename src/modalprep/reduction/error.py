@@ -13,6 +13,8 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
+from modalprep.linalg.factor import Factor
+from modalprep.linalg.harmonic import AT_ONCE, Compliance, compliance, damped_response
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import unit_loads
@@ -20,8 +22,12 @@ from modalprep.reduction.recoveries.error import RecoveryReference, between_reso
 from modalprep.reduction.table import BODY
 from modalprep.suggest import refuse_other, refuse_unknown
 
-MOST = 300  # modes compared, at most
+MOST = 2000  # modes of the full model, at most
+TRIED = 300  # modes of a reduction that meets a target, at most
 GROWTH = 1.5
+REACH = 1.5  # times up_to: modes of the reference; the series for all others converges with (1 / REACH)^2
+DAMPING = 0.01  # ratio of both models
+EVENLY = 100  # frequencies of the sweep besides those at resonances
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,12 +44,16 @@ class ReductionError(Record):
         Per unit force and moment on each interface except the root (on a body with one interface: per inertia load):
         strain energy missing in the reduced response, relative to that of the full one.
     sweep : (m,)
-        Hz, between the resonances.
+        Hz: at the resonances of both, beside them, and between.
     dynamic : (m,)
-        Difference of the compliance at these interfaces (or under these loads) over its size, at each frequency.
+        Difference of the compliance at these interfaces (or under these loads) over its size, at each frequency, with
+        the damping ratio below; what the reference may be wrong by is added.
+    damping : float
+        Ratio, of both models: undamped ones differ by infinity at a resonance, however close they are.
     recoveries : tuple of str, length r
     recovery_at : (k,)
-        Hz: 0, and those of the sweep, or half of `up_to` where it has none.
+        Hz: 0, frequencies halfway between resonances (half of `up_to` where there are none), both without damping, and
+        resonances, with it.
     recovery : (r, k)
         Largest difference of each recovery over its largest value, under accelerations of the root and loads on the
         other interfaces, at each of these frequencies.
@@ -55,6 +65,7 @@ class ReductionError(Record):
     static: np.ndarray
     sweep: np.ndarray
     dynamic: np.ndarray
+    damping: float = DAMPING
     recoveries: tuple[str, ...] = ()
     recovery_at: np.ndarray = field(default_factory=lambda: np.zeros(0))
     recovery: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -63,6 +74,11 @@ class ReductionError(Record):
     def frequency(self) -> np.ndarray:
         """(n,) relative errors of the frequencies."""
         return np.abs(self.reduced / self.full - 1)
+
+    @property
+    def worst_at(self) -> float:
+        """Frequency (Hz) of the largest error of the compliance; NaN without a sweep."""
+        return float(self.sweep[np.argmax(self.dynamic)]) if len(self.sweep) else float("nan")
 
     @property
     def worst(self) -> float:
@@ -88,6 +104,7 @@ def reduction_error(
     points: int = 6,
     algebra: Algebra = DIRECT,
     recovery: ModelRecovery | None = None,
+    damping: float = DAMPING,
 ) -> ReductionError:
     """Measure a reduction: frequencies, static responses, dynamic compliance and recoveries up to `up_to` (Hz).
 
@@ -98,11 +115,14 @@ def reduction_error(
     up_to : float
         Hz.
     points : int
-        Frequencies of the sweep: halfway between neighbouring resonances of the full model, spread over the band.
+        Frequencies at which recoveries are compared, at most: halfway between neighbouring resonances, spread over the
+        band, and as many resonances.
     algebra : Algebra
         Functions for factorisation and eigensolution.
     recovery : ModelRecovery or None
         Quantities whose errors are measured too.
+    damping : float
+        Ratio of both models, for the compliance at resonances.
 
     Returns
     -------
@@ -112,7 +132,11 @@ def reduction_error(
     Raises
     ------
     InputError
-        When `up_to` is not positive.
+        When `up_to` or the damping is not positive, or too many modes lie below.
+
+    References
+    ----------
+    Theory 3.6.
 
     Examples
     --------
@@ -125,7 +149,7 @@ def reduction_error(
     """
     refuse_other("reduction_error: the model", FEModel, model)
     refuse_other("reduction_error: the reduction", Reduction, reduction)
-    return _Reference.of(model, up_to, points, algebra, recovery).compare(reduction)
+    return _Reference.of(model, up_to, points, algebra, recovery, damping).compare(reduction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,67 +157,118 @@ class _Reference:
     """The full model with its root clamped: reference of all candidates."""
 
     up_to: float
+    damping: float
     rows: np.ndarray  # independent DOFs except those of the root
-    C: csr_array
     F: np.ndarray
-    frequency: np.ndarray
-    static: np.ndarray  # compliance (k, k)
-    sweep: np.ndarray
-    dynamic: np.ndarray  # (m, k, k)
+    frequency: np.ndarray  # below up_to
+    exact: Compliance
     recovered: RecoveryReference
 
     @classmethod
     def of(
-        cls, model: FEModel, up_to: float, points: int, algebra: Algebra, recovery: ModelRecovery | None
+        cls,
+        model: FEModel,
+        up_to: float,
+        points: int,
+        algebra: Algebra,
+        recovery: ModelRecovery | None,
+        damping: float = DAMPING,
     ) -> _Reference:
-        if not up_to > 0:
-            raise InputError(f"up_to = {up_to:g} Hz must be positive")
+        if not (up_to > 0 and damping > 0):
+            raise InputError(f"up_to = {up_to:g} Hz and damping = {damping:g} must be positive")
         rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
         C = model.C[:, rows].tocsr()
         K, M = ((C.T @ A @ C).tocsr() for A in (model.K, model.M))
-        cut = (2 * np.pi * up_to) ** 2
-        n = algebra.count_below(K, M, cut)
-        w2, _, _ = algebra.lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
-        full = np.sqrt(np.maximum(w2, 0)) / (2 * np.pi)
+        factor, top = algebra.factorise(K, definite=True), 2 * np.pi * up_to
+        w2, Phi = _modes_beyond(K, M, top, factor, algebra)
         F = _loads(model)
+        exact = compliance(K, M, w2, Phi, C.T @ F, factor.solve, top)
+        full = np.sqrt(w2) / (2 * np.pi)
         inside = full[full < up_to]
-        sweep = between_resonances(full[: len(inside) + 1], points)
-
-        def solver(s: float) -> Callable[[np.ndarray], np.ndarray]:
-            factor = algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0)
-            return lambda F: C @ factor.solve(C.T @ F)
-
-        answers, seen = [], RecoveryReference.of(model, recovery)
-        for s in (0.0, *sweep):
-            solve = solver(s)
-            answers.append(F.T @ solve(F))
-            seen.add(2 * np.pi * s, solve)
-        if seen.loads.size and not len(sweep):
-            seen.add(np.pi * up_to, solver(up_to / 2))
-        dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
-        return cls(up_to, rows, C, F, inside, answers[0], sweep, dynamic, seen)
+        seen = RecoveryReference.of(model, recovery)
+        if seen.loads.size:
+            between = between_resonances(full[: len(inside) + 1], points)
+            for s in (0.0, *(between if len(between) else [up_to / 2])):
+                solver = factor if s == 0 else algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=False)
+                seen.add(2 * np.pi * s, lambda f, solver=solver: C @ solver.solve(C.T @ f))
+            chosen = inside[np.unique(np.linspace(0, len(inside) - 1, min(points, len(inside))).astype(int))]
+            for w in 2 * np.pi * chosen:
+                seen.add(
+                    w,
+                    lambda f, w=w: C @ damped_response(M, w2, Phi, C.T @ f, factor.solve, w, 2 * damping),
+                    2 * damping,
+                )
+        return cls(up_to, damping, rows, F, inside, exact, seen)
 
     def compare(self, reduction: Reduction) -> ReductionError:
         """Measure one reduction."""
-        f, w2 = reduction.basis.T @ self.F, (2 * np.pi * reduction.frequency) ** 2
-        compliance = [f.T @ (f / (w2 - (2 * np.pi * s) ** 2)[:, None]) for s in (0.0, *self.sweep)]
-        scale = 1 / np.sqrt(np.diag(self.static))
-        loose = [_norm(a - b, scale) / _norm(b, scale) for a, b in zip(compliance[1:], self.dynamic, strict=True)]
-        found = np.sort(reduction.frequency)[: len(self.frequency)]
+        own = np.sort(reduction.frequency)
+        found = own[: len(self.frequency)]
         padded = np.concatenate([found, np.full(len(self.frequency) - len(found), np.inf)])
-        missing = 1 - np.diag(compliance[0]) / np.diag(self.static)
+        sweep = _around(np.concatenate([self.frequency, own[(own > 0) & (own < self.up_to)]]), self.damping, self.up_to)
+        reduced = Compliance((2 * np.pi * reduction.frequency) ** 2, reduction.basis.T @ self.F, np.zeros((0, 0, 0)))
+        static, moving = np.diag(self.exact.static), reduction.frequency > 0
+        missing = 1 - np.einsum("nk,n->k", reduced.a[moving] ** 2, 1 / reduced.w2[moving]) / static
         seen = self.recovered
         return ReductionError(
             up_to=self.up_to,
             full=self.frequency,
             reduced=padded,
             static=np.abs(missing),
-            sweep=self.sweep,
-            dynamic=np.array(loose),
+            sweep=sweep,
+            dynamic=differences(self.exact, reduced, 2 * np.pi * sweep, 2 * self.damping),
+            damping=self.damping,
             recoveries=tuple(seen.recovery.quantities),
             recovery_at=np.array(seen.omega) / (2 * np.pi),
             recovery=seen.errors(reduction),
         )
+
+
+def _modes_beyond(
+    K: csr_array, M: csr_array, top: float, factor: Factor, algebra: Algebra
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return all modes up to one that is above `REACH` times a circular frequency, or all of the model."""
+    counted = algebra.count_below(K, M, (REACH * top) ** 2)
+    n = 50 if counted is None else counted + 1
+    while True:
+        if n > MOST:
+            raise InputError(
+                f"more than {MOST} modes lie below {REACH} times up_to = {top / (2 * np.pi):g} Hz; lower it"
+            )
+        w2, Phi, _ = algebra.lowest_modes(K, M, n, factor=factor)
+        if len(w2) < n or w2[-1] >= (REACH * top) ** 2:
+            return w2, Phi
+        n = min(2 * n, MOST) if n < MOST else n + 1
+
+
+def _around(resonance: np.ndarray, ratio: float, up_to: float) -> np.ndarray:
+    """Return frequencies (Hz) up to `up_to`: resonances, at 1/4, 1/2, 1, 2, ... half-widths from them, and between."""
+    f = np.unique(resonance)
+    steps = ratio * 2.0 ** np.arange(-2, max(1, int(np.ceil(np.log2(1 / ratio)))))
+    beside = f[:, None] * (1 + np.concatenate([-steps[steps < 1], [0.0], steps]))
+    between = np.linspace(0, up_to, EVENLY + 1)[1:]
+    found = np.unique(np.concatenate([beside.ravel(), (f[1:] + f[:-1]) / 2, between]))
+    return found[(found > 0) & (found <= up_to)]
+
+
+def differences(exact: Compliance, other: Compliance, omega: np.ndarray, loss: float) -> np.ndarray:
+    """Return the differences (nf,) of two compliances over the size of the first, and what that may be wrong by.
+
+    Each load is scaled to a static compliance of 1, so that forces and moments count alike.
+
+    Examples
+    --------
+    >>> one = Compliance(np.array([1.0]), np.ones((1, 1)), np.zeros((0, 0, 0)))
+    >>> differences(one, Compliance(one.w2 * 2, one.a, one.rest), np.array([0.0]), 0.0)
+    array([0.5])
+    """
+    static = np.diag(exact.static)
+    scale, found = 1 / np.sqrt(static), []
+    for part in np.array_split(omega, max(1, len(omega) * (len(scale) ** 2 + len(other.w2)) // AT_ONCE + 1)):
+        H, R = (x.at(part, loss) * scale * scale[:, None] for x in (exact, other))
+        unsure = (exact.remainder(part) / static).sum(axis=1)
+        found.append((np.linalg.norm(R - H, axis=(1, 2)) + unsure) / np.linalg.norm(H, axis=(1, 2)))
+    return np.concatenate(found)
 
 
 def _loads(model: FEModel) -> np.ndarray:
@@ -206,10 +281,6 @@ def _loads(model: FEModel) -> np.ndarray:
     return loads[:, size > 1e-9 * size.max()]
 
 
-def _norm(A: np.ndarray, scale: np.ndarray) -> float:
-    return float(np.linalg.norm(A * scale * scale[:, None]))
-
-
 def to_target(
     model: FEModel,
     reduce: Callable[[int], Reduction],
@@ -218,6 +289,7 @@ def to_target(
     modes: int = 5,
     algebra: Algebra = DIRECT,
     recovery: ModelRecovery | None = None,
+    damping: float = DAMPING,
 ) -> tuple[Reduction, ReductionError]:
     """Return the first reduction, with increasing numbers of modes, whose errors are below `target`.
 
@@ -236,6 +308,8 @@ def to_target(
         Functions for factorisation and eigensolution.
     recovery : ModelRecovery or None
         Has the recoveries that `target` names.
+    damping : float
+        As in `reduction_error`.
 
     Raises
     ------
@@ -258,14 +332,14 @@ def to_target(
         if not value > 0:
             raise InputError(f"target_error = {value:g} must be positive")
         refuse_unknown(name, [BODY, *(recovery.quantities if recovery else ())], "target_error: recovery")
-    whole = _Reference.of(model, up_to, 6, algebra, recovery)
+    whole = _Reference.of(model, up_to, 6, algebra, recovery, damping)
     while True:
         reduction = reduce(modes)
         error = whole.compare(reduction)
         above = {name: error.worst_of(name) for name, limit in targets.items() if not error.worst_of(name) < limit}
         if not above:
             return reduction, error
-        if modes >= min(MOST * GROWTH, len(whole.rows)):
+        if modes >= min(TRIED * GROWTH, len(whole.rows)):
             name, found = max(above.items(), key=lambda item: item[1] / targets[item[0]])
             of = "" if name == BODY else f" of recovery {name!r}"
             raise AccuracyError(

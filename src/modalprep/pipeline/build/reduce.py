@@ -18,7 +18,7 @@ from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.craig_bampton import craig_bampton, guyan
 from modalprep.reduction.damping import Ratio, Rayleigh
-from modalprep.reduction.error import ReductionError, reduction_error, to_target
+from modalprep.reduction.error import DAMPING, ReductionError, reduction_error, to_target
 from modalprep.reduction.free_interface_basis import free_interface, improved_guyan
 from modalprep.reduction.loads import Load, nodal_load
 from modalprep.reduction.notes import dropped_in_band
@@ -39,11 +39,14 @@ def reduce_model(
 
     if table.up_to is None:
         return basis(table.modes), None
+    options = {"algebra": algebra, "recovery": recovery, "damping": DAMPING}
+    if isinstance(table.damping, float) and table.damping > 0:
+        options["damping"] = table.damping
     if table.target_error is not None:
-        found = to_target(model, basis, table.target_error, table.up_to, algebra=algebra, recovery=recovery)
+        found = to_target(model, basis, table.target_error, table.up_to, **options)
     else:
         reduction = basis(table.modes)
-        found = reduction, reduction_error(model, reduction, table.up_to, algebra=algebra, recovery=recovery)
+        found = reduction, reduction_error(model, reduction, table.up_to, **options)
     reduction, error = found
     notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
     return reduction.with_(notes=notes), error
@@ -73,7 +76,9 @@ def _statement(error: ReductionError) -> str:
     parts |= {f"recovery {name}": error.worst_of(name) for name in error.recoveries}
     if not len(error.full):
         del parts["frequencies"]
-    worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
+    where = f" (at {error.worst_at:.4g} Hz, with {100 * error.damping:.3g} % damping)" if len(error.sweep) else ""
+    said = {"dynamic compliance": where}
+    worst = ", ".join(f"{name} {np.max(x, initial=0.0):.1e}{said.get(name, '')}" for name, x in parts.items())
     return (
         f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full) or 'no'} modes (counted "
         f"by the inertia of K - w^2 M): {worst}"

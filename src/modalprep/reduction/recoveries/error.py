@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,8 @@ class RecoveryReference:
     force : (n_dof, m)
     omega : list of float, length k
         1/s.
+    loss : list of float, length k
+        Of ``K (1 + i loss)``, in both models.
     values : list of {name: (p, c, m)}, length k
     """
 
@@ -39,25 +42,27 @@ class RecoveryReference:
     loads: np.ndarray
     force: np.ndarray
     omega: list[float]
+    loss: list[float]
     values: list[dict[str, np.ndarray]]
 
     @classmethod
     def of(cls, model: FEModel, recovery: ModelRecovery | None) -> RecoveryReference:
         """Return a reference without frequencies."""
         if recovery is None or not recovery.quantities:
-            return cls(ModelRecovery({}, {}), np.zeros((0, 0)), np.zeros((0, 0)), [], [])
+            return cls(ModelRecovery({}, {}), np.zeros((0, 0)), np.zeros((0, 0)), [], [], [])
         loads = unit_columns(model.rigid.m, model_size(model), len(model.interfaces))
         units = np.hstack([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])])
-        return cls(recovery, loads, units @ loads, [], [])
+        return cls(recovery, loads, units @ loads, [], [], [])
 
-    def add(self, omega: float, solve: Callable[[np.ndarray], np.ndarray]) -> None:
+    def add(self, omega: float, solve: Callable[[np.ndarray], np.ndarray], loss: float = 0.0) -> None:
         """Take the values at a frequency (1/s); ``solve(f (n_dof, m)) -> u (n_dof, m)`` is that of the full model."""
         if not self.loads.size:
             return
         u = solve(self.force)
         fields = Fields(u, -(omega**2) * u, self.loads[:DRIVES])
         self.omega.append(omega)
-        self.values.append({name: quantity.values(fields) for name, quantity in self.recovery.quantities.items()})
+        self.loss.append(loss)
+        self.values.append({name: _values(quantity, fields) for name, quantity in self.recovery.quantities.items()})
 
     def errors(self, reduction: Reduction) -> np.ndarray:
         """Return the error ``(recoveries, k)`` of a reduction: largest difference over the largest value.
@@ -69,27 +74,35 @@ class RecoveryReference:
         if not found.size:
             return found
         dropped = dropped_modes(reduction)
-        for k, (omega, full) in enumerate(zip(self.omega, self.values, strict=True)):
-            own, bare = _reduced_fields(reduction, dropped, self.loads, omega)
+        for k, (omega, loss, full) in enumerate(zip(self.omega, self.loss, self.values, strict=True)):
+            own, bare = _reduced_fields(reduction, dropped, self.loads, omega, loss)
             for i, (name, quantity) in enumerate(self.recovery.quantities.items()):
                 corrected = self.recovery.wanted[name].method == "acceleration" or quantity.kind == ACCELERATION
-                found[i, k] = largest_difference(
-                    quantity.units, quantity.values(own if corrected else bare), full[name]
-                )
+                values = _values(quantity, own if corrected else bare)
+                found[i, k] = largest_difference(quantity.units, values, full[name])
         return found
 
 
+def _values(quantity: Any, fields: Fields) -> np.ndarray:
+    """Return the values (p, c, m) of fields that may be complex."""
+    if not np.iscomplexobj(fields[0]):
+        return quantity.values(fields)
+    real, imaginary = (Fields(part(fields[0]), part(fields[1]), part(fields[2])) for part in (np.real, np.imag))
+    return quantity.values(real) + 1j * quantity.values(imaginary)
+
+
 def _reduced_fields(
-    reduction: Reduction, dropped: DroppedModes, loads: np.ndarray, omega: float
+    reduction: Reduction, dropped: DroppedModes, loads: np.ndarray, omega: float, loss: float
 ) -> tuple[Fields, Fields]:
     """Return the fields of a reduced body by mode acceleration, and those by mode displacement."""
     w2 = (2 * np.pi * reduction.frequency) ** 2
-    gap = w2 - omega**2
+    z = 1 + 1j * loss if loss else 1.0
+    gap = w2 * z - omega**2
     force = reduction.basis.T @ (reduction.loads @ loads)
-    q = np.divide(force, gap[:, None], out=np.zeros_like(force), where=gap[:, None] != 0)
+    q = np.divide(force, gap[:, None], out=np.zeros(force.shape, dtype=gap.dtype), where=gap[:, None] != 0)
     qdd = -(omega**2) * q
     strained = reduction.basis @ np.where(w2[:, None] > 0, q, 0.0)
-    u = strained + dropped.to_loads @ loads - dropped.to_inertia @ qdd
+    u = strained + (dropped.to_loads @ loads - dropped.to_inertia @ qdd) / z
     return Fields(u, reduction.basis @ qdd, loads[:DRIVES]), Fields.static(strained)
 
 
