@@ -100,6 +100,26 @@ def compliance(
     return found
 
 
+def differences(exact: Compliance, other: Compliance, omega: np.ndarray, loss: float) -> np.ndarray:
+    """Return the differences (nf,) of two compliances over the size of the first, and what that may be wrong by.
+
+    Each load is scaled to a static compliance of 1, so that forces and moments count alike.
+
+    Examples
+    --------
+    >>> one = Compliance(np.array([1.0]), np.ones((1, 1)), np.zeros((0, 0, 0)))
+    >>> differences(one, Compliance(one.w2 * 2, one.a, one.rest), np.array([0.0]), 0.0)
+    array([0.5])
+    """
+    static = np.diag(exact.static)
+    scale, found = 1 / np.sqrt(static), []
+    for part in np.array_split(omega, max(1, len(omega) * (len(scale) ** 2 + len(other.w2)) // AT_ONCE + 1)):
+        H, R = (x.at(part, loss) * scale * scale[:, None] for x in (exact, other))
+        unsure = (exact.remainder(part) / static).sum(axis=1)
+        found.append((np.linalg.norm(R - H, axis=(1, 2)) + unsure) / np.linalg.norm(H, axis=(1, 2)))
+    return np.concatenate(found)
+
+
 def damped_response(
     M: csr_array, w2: np.ndarray, Phi: np.ndarray, F: np.ndarray, solve: Callable, omega: float, loss: float
 ) -> np.ndarray:

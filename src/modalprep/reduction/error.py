@@ -14,7 +14,7 @@ from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
 from modalprep.linalg.factor import Factor
-from modalprep.linalg.harmonic import AT_ONCE, Compliance, compliance, damped_response
+from modalprep.linalg.harmonic import Compliance, compliance, damped_response, differences
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import unit_loads
@@ -249,26 +249,6 @@ def _around(resonance: np.ndarray, ratio: float, up_to: float) -> np.ndarray:
     between = np.linspace(0, up_to, EVENLY + 1)[1:]
     found = np.unique(np.concatenate([beside.ravel(), (f[1:] + f[:-1]) / 2, between]))
     return found[(found > 0) & (found <= up_to)]
-
-
-def differences(exact: Compliance, other: Compliance, omega: np.ndarray, loss: float) -> np.ndarray:
-    """Return the differences (nf,) of two compliances over the size of the first, and what that may be wrong by.
-
-    Each load is scaled to a static compliance of 1, so that forces and moments count alike.
-
-    Examples
-    --------
-    >>> one = Compliance(np.array([1.0]), np.ones((1, 1)), np.zeros((0, 0, 0)))
-    >>> differences(one, Compliance(one.w2 * 2, one.a, one.rest), np.array([0.0]), 0.0)
-    array([0.5])
-    """
-    static = np.diag(exact.static)
-    scale, found = 1 / np.sqrt(static), []
-    for part in np.array_split(omega, max(1, len(omega) * (len(scale) ** 2 + len(other.w2)) // AT_ONCE + 1)):
-        H, R = (x.at(part, loss) * scale * scale[:, None] for x in (exact, other))
-        unsure = (exact.remainder(part) / static).sum(axis=1)
-        found.append((np.linalg.norm(R - H, axis=(1, 2)) + unsure) / np.linalg.norm(H, axis=(1, 2)))
-    return np.concatenate(found)
 
 
 def _loads(model: FEModel) -> np.ndarray:
