@@ -71,15 +71,19 @@ def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...
     among = pseudo[pseudo < dropped.max(initial=0.0)]
     if not len(among):
         return ()
-    lowest = f"{among.min():.4g} Hz"
+    lowest = f"{_hertz(among.min())} Hz"
     lies, mixes = f"{len(among)} truncation vectors, the lowest at {lowest}, lie", "they mix"
     if len(among) == 1:
         lies, mixes = f"a truncation vector at {lowest} lies", "it mixes"
     return (
-        f"{lies} below dropped modes (of {dropped.min():.4g} to {dropped.max():.4g} Hz), which {mixes}: static "
+        f"{lies} below dropped modes (of {_hertz(dropped.min())} to {_hertz(dropped.max())} Hz), which {mixes}: static "
         "responses are exact, but resonances there are not those of the structure. A simulation excites them, the "
         "responses of this body do not; keep these modes where that band matters",
     )
+
+
+def _hertz(frequency: float) -> str:
+    return f"{frequency:.4g}" if frequency < 1e4 else f"{frequency:.0f}"
 
 
 def dropped_in_band(table: ModeTable, up_to: float) -> tuple[str, ...]:
@@ -97,7 +101,7 @@ def dropped_in_band(table: ModeTable, up_to: float) -> tuple[str, ...]:
     dropped = table.frequency[inside & ~table.kept]
     if not len(dropped):
         return ()
-    listed = ", ".join(f"{f:.4g}" for f in dropped[:5]) + (", ..." if len(dropped) > 5 else "")
+    listed = ", ".join(map(_hertz, dropped[:5])) + (", ..." if len(dropped) > 5 else "")
     return (
         f"the selection drops {len(dropped)} of {inside.sum()} modes below up_to = {up_to:g} Hz ({listed} Hz): their "
         f"motion in that band is missing; add 'or frequency < {up_to:g} Hz' to keep, unless nothing excites them",

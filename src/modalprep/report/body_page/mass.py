@@ -15,9 +15,11 @@ from modalprep.report.body_page.section import Section, paragraph
 from modalprep.report.body_page.table import Table
 
 NOISE = 5e-6  # of the largest number of a row: round-off of the mesh
+MESH = 1e-4  # of the weight and the largest moment: reactions that the mesh alone makes
+SMALL = 1e-2  # kg m²: below, inertia is in kg mm²
 INERTIA = (
-    "In the axes of the body. The products of inertia are those of the tensor, such as xy = -∫xy dm; each principal "
-    "axis is a unit vector."
+    "In the axes of the body. The products of inertia are those of the tensor, such as xy = -∫xy dm. The principal "
+    "moments are those about the centre of mass; each principal axis is a unit vector."
 )
 HELD = (
     "Effective mass of the modes of the body with its root held, in kg and in % of the body. What sits on the held "
@@ -63,13 +65,14 @@ def inertia_table(body: FlexibleBody) -> Table:
     central = about_root - body.m * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     moments, axes = np.linalg.eigh(central)
     axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0, -1, 1)
+    factor, unit = (1.0, "kg m²") if about_root.max() > SMALL else (1e6, "kg mm²")
     rows: list[tuple[Any, ...]] = [("mass", "kg", body.m, None, None), ("centre of mass", "m", *_clean(centre))]
     for place, J in (("origin", about_root), ("centre of mass", central)):
         products = np.where(abs(J) > NOISE * J.max(), J, 0.0)[[0, 1, 2], [1, 2, 0]]
-        rows.append((f"moments of inertia about the {place}: xx, yy, zz", "kg m²", *np.diag(J).tolist()))
-        rows.append((f"products of inertia about the {place}: xy, yz, zx", "kg m²", *products.tolist()))
+        rows.append((f"inertia about the {place}: xx, yy, zz", unit, *(factor * np.diag(J)).tolist()))
+        rows.append((f"inertia about the {place}: xy, yz, zx", unit, *(factor * products).tolist()))
     rows += [(f"principal axis {k}", "", *_clean(axes[:, k - 1])) for k in (1, 2, 3)]
-    rows.insert(-3, ("principal moments about the centre of mass", "kg m²", *np.maximum(moments, 0.0).tolist()))
+    rows.insert(-3, ("principal moments of inertia", unit, *(factor * np.maximum(moments, 0.0)).tolist()))
     columns = ("quantity", "unit", "x or first", "y or second", "z or third")
     return Table(name="mass-properties", columns=columns, rows=rows, caption=INERTIA)
 
@@ -124,7 +127,7 @@ def _rows(body: FlexibleBody, axis: str, held: list[str], found: np.ndarray) -> 
     names = [body.interface_name[0], *held]
     arms = body.interface_position[[body.interface_name.index(name) for name in names]]
     total = found.sum(axis=0) + np.append(np.zeros(3), np.cross(arms, found[:, :3]).sum(axis=0))
-    least = np.append(np.full(3, NOISE * G * body.m), np.full(3, NOISE * max(np.abs(found[:, 3:]).max(), 1e-300)))
+    least = np.append(np.full(3, MESH * G * body.m), np.full(3, MESH * max(np.abs(found[:, 3:]).max(), 1e-300)))
     said = ", ".join(names)
     rows = [*zip(names, found, strict=True), *([("sum", total)] if held else [])]
     return [(said, axis, name, *np.where(np.abs(row) > least, row, 0.0).tolist()) for name, row in rows]

@@ -14,7 +14,7 @@ from modalprep.report.body_page.table import Table
 from modalprep.report.numbers import quantity
 
 UNITS = ("kg",) * 3 + ("kg m²",) * 3
-NEGLIGIBLE = 1e-9  # of the mass or inertia of the body: round-off of modes that do not move it
+NEGLIGIBLE = 1e-6  # of the mass or inertia of the body: modes that do not move it but for the mesh
 
 
 def participation(body: FlexibleBody) -> np.ndarray:

@@ -56,7 +56,7 @@ def response_section(
 
 
 def peaks_table(anchor: str, response: Response) -> Table:
-    """Return the peaks of the components with what is allowed and the margin of safety.
+    """Return the peaks of components with allowable and margin of safety; those at the base are in `forces_table`.
 
     Examples
     --------
@@ -67,9 +67,14 @@ def peaks_table(anchor: str, response: Response) -> Table:
     rows = [
         (*peak_cells(peak, response.kind), _allowable(peak), margin_of_safety(peak.margin))
         for peak in listed_peaks(response)
+        if not _is_interface_force(peak)
     ]
     columns = (*peak_columns(response)[:-1], "allowable", "margin of safety")
     return Table(name=f"{anchor}-peaks", columns=columns, rows=rows, caption=MARGIN)
+
+
+def _is_interface_force(peak: Peak) -> bool:
+    return peak.block == BASE and peak.place in ("force", "moment")
 
 
 def _allowable(peak: Peak) -> str:
@@ -88,7 +93,7 @@ def forces_table(anchor: str, response: Response) -> Table:
     >>> forces_table("sine", _example()).rows
     []
     """
-    own = [peak for peak in response.peaks if peak.block == BASE and peak.place in ("force", "moment")]
+    own = [peak for peak in response.peaks if _is_interface_force(peak)]
     rows = [peak_cells(peak, response.kind) for peak in notable(own)]
     return Table(
         name=f"{anchor}-interface-forces", columns=peak_columns(response)[:-1], rows=rows, caption=INTERFACE_FORCES

@@ -177,5 +177,5 @@ def film(file: Path | None) -> list[Section]:
     elif kind.startswith("video"):
         html = Markup('<figure class="chart"><video controls loop src="{}"></video></figure>').format(embedded(file))
     else:
-        html = Markup('<figure class="card"><img src="{}" alt="film of the run"></figure>').format(embedded(file))
+        html = Markup('<figure class="card film"><img src="{}" alt="film of the run"></figure>').format(embedded(file))
     return [Section(title="Film", anchor="film", html=html)]
