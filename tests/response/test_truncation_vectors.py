@@ -19,7 +19,6 @@ from modalprep.response import (
     sweep_response,
     transient_response,
 )
-from modalprep.response.dropped import complete_below
 
 STIFF = {"damping": Rayleigh(alpha=0.0, beta=BETA), "refine": False}
 KEPT = [0, 1, 2, 5]  # of the modes; the next two, a pair in bending at 10.6 Hz, are dropped
@@ -129,7 +128,7 @@ def test_below_all_dropped_modes_their_inertia_counts():
     body = beam(modes=4, truncation=("interfaces",))[1]
     whole = harmonic_response(beam(modes=36)[1], {"tip.y": 1.0}, [0.3, 2.4], damping=0.01, refine=False)
     found = harmonic_response(body, {"tip.y": 1.0}, [0.3, 2.4], damping=0.01, refine=False)
-    assert complete_below(body) == pytest.approx(7.569, abs=1e-3)
+    assert body.modes.complete_below == pytest.approx(7.569, abs=1e-3)
     off = np.abs(found["tip.acceleration.y"] / whole["tip.acceleration.y"] - 1)
     assert off.max() < 1e-4
     assert found.warnings == ()

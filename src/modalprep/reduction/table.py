@@ -168,6 +168,16 @@ class ModeTable(Record):
         return tuple(dict.fromkeys(reason.rpartition(OF_INTERFACE)[2] for reason in rows))
 
     @property
+    def complete_below(self) -> float:
+        """Frequency (Hz) below which no mode of the structure with its fixed interfaces held was dropped.
+
+        It is that of the lowest dropped candidate, or of the highest candidate; infinite without candidates.
+        """
+        normal = np.array([kind in (FIXED, FREE) for kind in self.kind], dtype=bool)
+        dropped, kept = (self.frequency[normal & x] for x in (~self.kept, self.kept))
+        return float(dropped.min() if len(dropped) else kept.max(initial=0.0) or np.inf)
+
+    @property
     def fraction(self) -> np.ndarray:
         """(n, 6) effective mass over the body's total, 0 where the total is 0."""
         total = np.where(self.total > 0, self.total, np.inf)

@@ -9,6 +9,8 @@ from modalprep.linalg.ritz import ritz
 from modalprep.linalg.sparse import times
 from modalprep.reduction.clamped import Clamped
 
+MOSTLY = 0.5  # share in truncation vectors from which a mode is one of them
+BEYOND = 2.0  # times the end of a band: a truncation vector there amplifies by 1 / (1 - 1/4) at most
 ENERGY = 1e-10  # relative to the largest load's static energy: less is round-off or no load
 
 

@@ -7,10 +7,9 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.selection import NOTHING
 from modalprep.reduction.table import DIRECTIONS, FIXED, FREE
+from modalprep.reduction.truncation import BEYOND, MOSTLY
 
 BASE = "base"
-MOSTLY = 0.5  # share in truncation vectors from which a mode is one of them
-BEYOND = 2.0  # times the end of a band: a truncation vector there amplifies by 1 / (1 - 1/4) at most
 
 
 def acts_statically(body: FlexibleBody, frequency: np.ndarray, Y: np.ndarray, up_to: float) -> np.ndarray:
@@ -41,27 +40,10 @@ def acts_statically(body: FlexibleBody, frequency: np.ndarray, Y: np.ndarray, up
     >>> acts_statically(beam, beam.frequency, np.eye(2), 100.0)
     array([False,  True])
     """
-    if complete_below(body) >= up_to:
+    if body.modes.complete_below >= up_to:
         return np.zeros(len(frequency), dtype=bool)
     share = body.truncation @ Y**2 / np.sum(Y**2, axis=0)
     return (share > MOSTLY) & (frequency < BEYOND * up_to)
-
-
-def complete_below(body: FlexibleBody) -> float:
-    """Return the frequency (Hz) below which a body has all modes of its structure with its fixed interfaces held.
-
-    It is the lowest dropped candidate's of its reduction, or the highest candidate's; infinite where no table says so.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> round(complete_below(uniform_beam(modes=2)), 2)
-    1.21
-    """
-    table = body.modes
-    normal = np.array([kind in (FIXED, FREE) for kind in table.kind], dtype=bool)
-    dropped, kept = (table.frequency[normal & x] for x in (~table.kept, table.kept))
-    return float(dropped.min() if len(dropped) else kept.max(initial=0.0) or np.inf)
 
 
 def dropped_below(body: FlexibleBody, inputs: tuple[str, ...], top: float) -> np.ndarray:

@@ -164,7 +164,7 @@ def modal_equations(
             f"body {body.name!r} has no modes with its frame on the root interface, as its response needs; "
             "keep modes, and use modalprep.body.reroot for another frame"
         )
-    drives, units = _drives(body, inputs)
+    drives, units = unit_inputs(body, inputs)
     K, Y = _uncoupled(body)
     fields = np.vstack([-body.S, -body.H.reshape(9, -1), *np.concatenate([body.phi, body.psi], axis=1)])
     B = Y.T @ fields.T @ drives
@@ -197,8 +197,21 @@ def _damping(body: FlexibleBody, given: Damping, K: np.ndarray, Y: np.ndarray) -
     return D if np.abs(off).max(initial=0.0) > COUPLED * np.abs(D).max(initial=0.0) else np.diag(D).copy()
 
 
-def _drives(body: FlexibleBody, inputs: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return A, W and interface loads of each input, and its unit."""
+def unit_inputs(body: FlexibleBody, inputs: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return A, W and interface loads (12 + 6 n_if, k) of each unit input, and its unit.
+
+    Raises
+    ------
+    InputError
+        When an input is not known.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> columns, units = unit_inputs(uniform_beam(modes=1), ["base.y", "tip.rx"])
+    >>> columns.nonzero()[0], units
+    (array([ 1, 21]), ('m/s^2', 'N m'))
+    """
     known = input_names(body.interface_name)
     E, units = np.zeros((DRIVES + 6 * len(body.interface_name), len(inputs))), []
     for column, name in enumerate(inputs):

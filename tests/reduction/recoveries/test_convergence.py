@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
-from reduction.recoveries.test_error import LENGTH, SECTION, UP_TO, harmonic, unit_loads
+from reduction.recoveries.test_error import LENGTH, SECTION, UP_TO
 
 import modalprep as mp
 from modalprep.examples import beam_mesh
 from modalprep.reduction.free_interface_basis import free_interface
 from modalprep.reduction.recoveries import convergence as module
-from modalprep.reduction.recoveries.convergence import recovery_convergence
+from modalprep.reduction.recoveries.convergence import Asked, recovery_convergence
+from modalprep.reduction.recoveries.unit_loads import body_loads
+from modalprep.reduction.table import DIRECTIONS
+from modalprep.response import harmonic_response
 
 Recover = mp.fe.Recover
 WANTED = {
@@ -48,40 +51,61 @@ METHODS = {
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_errors_are_those_of_bodies_with_the_first_modes(made, method):
-    """Reduced anew with modes 1 to k, their own truncation vectors or residual modes, and their own recoveries."""
+    """Reduced anew with modes 1 to k, their own truncation vectors or residual modes, by `harmonic_response`."""
     reduction = METHODS[method](made, "all")
     whole = body_of(made, reduction)
     found = recovery_convergence(whole, reduction.spans, UP_TO)
     assert found.count[[0, -1]].tolist() == [0, MODES]
     assert found.recoveries == tuple(WANTED)
     assert np.all(found.error[:, -1] == 0)
-    omega = module.harmonic_frequencies(whole.K, 2 * np.pi * UP_TO)
+    f = module.harmonic_frequencies(whole.K, Asked("", body_loads(whole), np.ones_like, 0.0, UP_TO, module.DAMPING))
+    full = figures(whole, f)
     for k in (1, 3):
-        some = body_of(made, METHODS[method](made, list(range(1, found.count[k] + 1))))
+        some = figures(body_of(made, METHODS[method](made, list(range(1, found.count[k] + 1)))), f)
         for i, name in enumerate(WANTED):
-            worst = max(difference(some, whole, name, w, made[0].rigid.m) for w in omega)
+            worst = difference(some, full, np.array(whole.recovery[name].units), name)
             assert found.error[i, k] == pytest.approx(worst, rel=1e-5, abs=1e-8), (name, k)
 
 
-def difference(some, whole, name, w, m):
-    units = np.array(whole.recovery[name].units)
-    values = [(harmonic(some, *load, w)[name], harmonic(whole, *load, w)[name]) for load in loads_of(whole, m)]
-    found = 0.0
+def figures(body, f):
+    """Peaks and root mean squares of each channel under unit loads of 1 N (1 N m per metre of the body's size)."""
+    size = float(np.ptp(body.points, axis=0).max())
+    inputs = {f"base.{d}": 1 / (body.m * (1 if k < 3 else size)) for k, d in enumerate(DIRECTIONS)}
+    inputs |= {f"{at}.{d}": 1.0 if k < 3 else size for at in body.interface_name[1:] for k, d in enumerate(DIRECTIONS)}
+    found = []
+    for key, value in inputs.items():
+        one = harmonic_response(body, {key: value}, f, damping=module.DAMPING, refine=False)
+        power = {name: np.abs(one[name]) ** 2 for name in one.names}
+        found.append({name: (np.sqrt(x.max()), np.sqrt(np.trapezoid(x, f))) for name, x in power.items()})
+    return {name: np.array([each[name] for each in found]) for name in found[0]}
+
+
+def difference(some, full, units, name):
+    names = [x for x in full if x.startswith(f"{name}.")]
+    every = np.tile(units, len(names) // len(units)) if len(units) < len(names) else units
+    worst = 0.0
     for unit in set(units):
-        off = np.array([np.abs(a - b)[:, units == unit].max() for a, b in values])
-        size = np.array([np.abs(b)[:, units == unit].max() for _, b in values])
-        real = size > 1e-2 * size.max()
-        found = max(found, np.max(off[real] / size[real], initial=0.0))
-    return found
+        own = [x for x, u in zip(names, every, strict=True) if u == unit]
+        for kind in (0, 1):
+            size = max(full[x][:, kind].max() for x in own)
+            off = max(np.abs(some[x] - full[x])[:, kind].max() for x in own)
+            worst = max(worst, off / size if size else 0.0)
+    return worst
 
 
-def loads_of(body, m):
-    """The unit loads of `test_error` on each interface but the root."""
-    for k, (drives, loads) in enumerate(unit_loads(m)):
-        for at in range(1, len(body.phi)) if k >= 6 else (1,):
-            own = np.zeros((1, len(body.phi), 6))
-            own[0, at] = loads[0, 1]
-            yield drives, own
+def test_errors_are_relative_to_the_load_that_matters(made):
+    """A thousandth of a load across another counts for a thousandth: errors are those of the larger one alone."""
+    reduction = METHODS["craig_bampton"](made, "all")
+    body = body_of(made, reduction)
+    columns = body_loads(body)[:, [1, 2]] * [1.0, 1e-3]
+    both, one = (
+        recovery_convergence(body, reduction.spans, asked=[Asked("sine", x, np.ones_like, 1.0, UP_TO, 0.02)])
+        for x in (columns, columns[:, :1])
+    )
+    i = list(WANTED).index("beam")
+    assert both.loads == ("sine",)
+    assert both.error[i] == pytest.approx(one.error[i], abs=2e-3)
+    assert np.all(np.diff(both.error[i]) < 0.05)
 
 
 def test_large_recoveries_are_followed_at_some_of_their_places(made, monkeypatch):

@@ -23,7 +23,7 @@ from modalprep.pipeline.build.described import model_tables
 from modalprep.pipeline.build.energies import energy_tables
 from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.model import checked_model, pipeline_recovery, pipeline_stress, read_pipeline_mesh
-from modalprep.pipeline.build.reduce import implausible_ratios, reduce_model, target_damping
+from modalprep.pipeline.build.reduce import asked_loads, implausible_ratios, reduce_model, target_damping
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
@@ -89,7 +89,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         *_unit_warnings(body, mesh.scale),
         *_slower(model.K.shape[0]),
     )
-    followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to)
+    followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, asked_loads(pipeline, body, path))
     return Built(body, file, checks, notes, error, tables, followed)
 
 

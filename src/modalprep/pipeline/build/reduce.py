@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
@@ -22,6 +26,10 @@ from modalprep.reduction.error import DAMPING, ReductionError, reduction_error, 
 from modalprep.reduction.free_interface_basis import free_interface, improved_guyan
 from modalprep.reduction.loads import Load, nodal_load
 from modalprep.reduction.notes import dropped_in_band
+from modalprep.reduction.recoveries.convergence import Asked
+from modalprep.response.modal import unit_inputs
+from modalprep.response.random import find_band
+from modalprep.response.validity import highest_mode
 
 
 def reduce_model(
@@ -83,6 +91,42 @@ def _statement(error: ReductionError) -> str:
         f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full) or 'no'} modes (counted "
         f"by the inertia of K - w^2 M): {worst}"
     )
+
+
+def asked_loads(pipeline: Pipeline, body: FlexibleBody, path: Path) -> list[Asked]:
+    """Return the loads and bands of the responses of a file, for the convergence of its recoveries."""
+    found = []
+    for name, table in pipeline.response.items() if pipeline.recovery else ():
+        with naming(f"[response.{name}]"):
+            inputs = table.inputs(path.parent)
+        ratios = [x for x in (table.damping, pipeline.reduction.damping, DAMPING) if isinstance(x, float) and x > 0]
+        low, high = _band(table, inputs, body)
+        columns = unit_inputs(body, list(inputs))[0]
+        found.append(
+            Asked(name, columns, partial(_amplitudes, list(inputs.values()), table.kind), low, high, ratios[0])
+        )
+    return found
+
+
+def _band(table: Any, inputs: Mapping[str, Any], body: FlexibleBody) -> tuple[float, float]:
+    """Return the ends of the band of a response, Hz; of a history up to the highest kept mode."""
+    match table.kind:
+        case "transient":
+            return 0.0, highest_mode(body)
+        case "random":
+            return find_band(inputs, table.band)
+        case "sweep":
+            return table.lowest, table.highest
+    return float(table.axis[0]), float(table.axis[-1])
+
+
+def _amplitudes(inputs: list, kind: str, f: np.ndarray) -> np.ndarray:
+    """Return the amplitudes (nf, m) of the inputs of a response at frequencies (nf, m); histories by their spectrum."""
+    if kind == "transient":
+        waves = [np.exp(-2j * np.pi * f[:, :1] * x.time) * x.value for x in inputs]
+        return np.stack([np.abs(np.trapezoid(y, x.time)) for x, y in zip(inputs, waves, strict=True)], axis=1)
+    size = np.abs(np.stack([x.at(f[:, k]) for k, x in enumerate(inputs)], axis=1))
+    return np.sqrt(size) if kind == "random" else size
 
 
 def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, np.ndarray]:

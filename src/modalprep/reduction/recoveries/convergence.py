@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,13 +12,15 @@ from scipy.sparse import csr_array
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.dropped import dropped_flexibility, unit_forces
-from modalprep.reduction.recoveries.error import between_resonances, largest_difference
 from modalprep.reduction.recoveries.unit_loads import body_loads
-from modalprep.reduction.truncation import ENERGY
+from modalprep.reduction.truncation import BEYOND, ENERGY, MOSTLY
 
-POINTS = 6  # frequencies at which the harmonic response is compared, at most
 COUNTS = 9  # numbers of modes, at most
-ROWS = 20_000  # numbers of a recovery that are followed; of larger ones evenly chosen places
+ROWS = 20_000  # numbers of a recovery that are followed, at most; of larger ones evenly chosen places
+WORK, FEWEST = 300_000_000, 60  # products for each number of modes, and numbers of a recovery that are always followed
+DAMPING = 0.01  # ratio of unit loads
+BESIDE = np.array([-4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0])  # half-widths from a resonance
+EVENLY = 20  # further frequencies over the band
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -36,10 +39,12 @@ class Convergence(Record):
     frequency : (k,)
         Hz, of the highest of these modes; 0 without any.
     error : (r, k)
-        Largest difference under harmonic unit loads below `up_to`, over the largest value under that load. Truncation
-        vectors and constraint modes are there whatever the number of modes.
+        Largest difference of a peak or a root mean square over the band, over the largest of the recovery in this unit
+        under any of the loads. Truncation vectors and constraint modes are there whatever the number of modes.
     up_to : float
         Hz.
+    loads : tuple of str
+        The responses that were asked for; none stands for unit loads.
 
     References
     ----------
@@ -60,17 +65,45 @@ class Convergence(Record):
     frequency: np.ndarray
     error: np.ndarray
     up_to: float
+    loads: tuple[str, ...] = ()
 
 
-class Response(NamedTuple):
-    """Harmonic response of a body with some of its directions: fields over its n coordinates, one load per column."""
+class Asked(NamedTuple):
+    """Harmonic loads on a body over a band.
 
-    u: np.ndarray  # by mode acceleration
-    bare: np.ndarray  # by mode displacement
-    qdd: np.ndarray
+    Attributes
+    ----------
+    name : str
+        Of the response that asks for them.
+    columns : (12 + 6 n_if, m)
+        A, W and loads on the interfaces.
+    size : callable
+        Their amplitudes ``(nf, m)`` at frequencies ``(nf, m)``, Hz.
+    low, high : float
+        Hz.
+    damping : float
+        Ratio.
+    """
+
+    name: str
+    columns: np.ndarray
+    size: Callable[[np.ndarray], np.ndarray]
+    low: float
+    high: float
+    damping: float
 
 
-def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> Convergence | None:
+class Directions(NamedTuple):
+    """What a body with some of its modes can do: directions (n, r), circular frequencies and masses (r,)."""
+
+    Y: np.ndarray
+    w: np.ndarray
+    mass: np.ndarray
+
+
+def recovery_convergence(
+    body: Any, spans: Any, up_to: float | None = None, asked: Sequence[Asked] = ()
+) -> Convergence | None:
     """Return the convergence of the recoveries of a body in which ``spans`` of a reduction say what its modes are.
 
     Parameters
@@ -80,7 +113,9 @@ def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> C
     spans : Spans
         Of its reduction: `Reduction.spans`.
     up_to : float or None
-        Hz; half of the frequency of the highest kept mode by default.
+        Hz, of unit loads; half of the frequency of the highest kept mode by default.
+    asked : sequence of Asked
+        The loads that matter; by default unit accelerations of the root and unit loads on the other interfaces.
 
     Returns
     -------
@@ -100,27 +135,29 @@ def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> C
     n = 0 if spans is None else spans.modes.shape[1]
     if not body.recovery or not n:
         return None
-    up_to = float(spans.frequency[-1] / 2 if up_to is None else up_to)
-    loads, count, omega = body_loads(body), counts(n), harmonic_frequencies(body.K, 2 * np.pi * up_to)
-    whole = [_response(body, np.eye(body.n), np.sqrt(body.K), loads, w) for w in omega]
-    error = np.zeros((len(body.recovery), len(count)))
-    blocks = {name: _thinned(block) for name, block in body.recovery.items()}
-    for k, number in enumerate(count[:-1]):
-        Y, w = _directions(body.K, spans, number)
-        some = [_response(body, Y, w, loads, at) for at in omega]
-        for i, block in enumerate(blocks.values()):
-            error[i, k] = max(
-                largest_difference(block.units, _values(block, a, loads), _values(block, b, loads))
-                for a, b in zip(some, whole, strict=True)
-            )
+    top = float(spans.frequency[-1] / 2 if up_to is None else up_to)
+    loads = asked or [Asked("", body_loads(body), np.ones_like, 0.0, top, DAMPING)]
+    count = counts(n)
+    error, share = np.zeros((len(body.recovery), len(count))), np.ones(len(body.recovery))
+    for one in loads:
+        f = harmonic_frequencies(body.K, one)
+        most = max(FEWEST, WORK // (body.n * len(f) * one.columns.shape[1]))
+        blocks = [_thinned(block, min(ROWS, most)) for block in body.recovery.values()]
+        share = np.minimum(share, [len(b.q) / len(x.q) for b, x in zip(blocks, body.recovery.values(), strict=True)])
+        whole = _figures(body, directions(body, spans, n, one.high), one, f, blocks)
+        for k, number in enumerate(count[:-1]):
+            some = _figures(body, directions(body, spans, number, one.high), one, f, blocks)
+            for i, block in enumerate(blocks):
+                error[i, k] = max(error[i, k], _difference(block.units, some[i], whole[i]))
     return Convergence(
-        recoveries=tuple(blocks),
-        methods=tuple("displacement" if block.loads is None else "acceleration" for block in blocks.values()),
-        share=np.array([len(b.q) / len(body.recovery[name].q) for name, b in blocks.items()]),
+        recoveries=tuple(body.recovery),
+        methods=tuple("displacement" if block.loads is None else "acceleration" for block in body.recovery.values()),
+        share=share,
         count=np.array(count),
         frequency=np.array([0.0, *spans.frequency])[count],
         error=error,
-        up_to=up_to,
+        up_to=max(one.high for one in loads),
+        loads=tuple(one.name for one in loads if one.name),
     )
 
 
@@ -137,45 +174,83 @@ def counts(n: int) -> list[int]:
     return sorted({0, round(0.75 * n), *(round(n / 2**k) for k in range(COUNTS - 2))})
 
 
-def harmonic_frequencies(K: np.ndarray, up_to: float) -> list[float]:
-    """Return circular frequencies: 0, and halfway between resonances below `up_to` (1/s), or half of that."""
-    w = np.sqrt(K[K > 0])
-    inside = w[: np.count_nonzero(w < up_to) + 1]
-    return [0.0, *(between_resonances(inside, POINTS).tolist() or [up_to / 2])]
+def harmonic_frequencies(K: np.ndarray, asked: Asked) -> np.ndarray:
+    """Return frequencies (Hz) of a band: resonances, points beside and between them, and some evenly.
+
+    Examples
+    --------
+    >>> asked = Asked("", np.zeros((24, 1)), np.ones_like, 0.0, 2.0, 0.01)
+    >>> harmonic_frequencies(np.array([(2 * np.pi) ** 2]), asked)[9:16]
+    array([0.96, 0.98, 0.99, 1.  , 1.01, 1.02, 1.04])
+    """
+    f = np.sqrt(K[K > 0]) / (2 * np.pi)
+    f = f[(f > asked.low) & (f < asked.high)]
+    beside = f[:, None] * (1 + asked.damping * BESIDE)
+    evenly = np.linspace(asked.low, asked.high, EVENLY + 1)[int(asked.low == 0) :]
+    found = np.unique(np.concatenate([beside.ravel(), (f[1:] + f[:-1]) / 2, evenly]).round(12))
+    return found[(found >= asked.low) & (found <= asked.high)]
 
 
-def _directions(K: np.ndarray, spans: Any, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return directions ``(n, r)`` and circular frequencies of a body with the first modes, of unit modal mass."""
+def directions(body: Any, spans: Any, number: int, top: float) -> Directions:
+    """Return what a body with the first modes can do; truncation vectors act statically, as in responses (11.1)."""
+    K = body.K
     loose = np.eye(len(K))[:, K <= 0]
     first, answers = spans.modes[:, :number], spans.answers
     rest = answers - first @ (first.T @ answers)
     energy, left = (np.einsum("n,nm,nm->m", K, x, x) for x in (answers, rest))
-    W = np.hstack([spans.others, first, rest[:, left > ENERGY * energy.max(initial=0.0)]])
-    w2, Y = ritz(W[:, np.any(W, axis=0)], csr_array(np.diag(K)), csr_array(np.eye(len(K))), loose)
-    return Y, np.sqrt(w2)
+    rest = rest[:, left > ENERGY * energy.max(initial=0.0)]
+    unit, stiff = csr_array(np.eye(len(K))), csr_array(np.diag(K))
+    W = np.hstack([spans.others, first, rest])
+    w2, Y = ritz(W[:, np.any(W, axis=0)], stiff, unit, loose)
+    w, mass = np.sqrt(w2), np.ones(len(w2))
+    complete = min([body.modes.complete_below, *spans.frequency[number : number + 1]])
+    if rest.shape[1] and complete < top:
+        share = (Y.T @ ritz(rest, stiff, unit)[1]) ** 2
+        mass[(share.sum(axis=1) > MOSTLY) & (w < BEYOND * 2 * np.pi * top)] = 0.0
+    return Directions(Y, w, mass)
 
 
-def _response(body: Any, Y: np.ndarray, w: np.ndarray, loads: np.ndarray, omega: float) -> Response:
-    forces = unit_forces(body) @ loads
-    gap = (w**2 - omega**2)[:, None]
-    p = np.divide(Y.T @ forces, gap, out=np.zeros((len(w), loads.shape[1])), where=gap != 0)
-    strained = Y @ np.where(w[:, None] > 0, p, 0.0)
-    qdd = -(omega**2) * (Y @ p)
-    flexibility = dropped_flexibility(body.K, Y, w)
-    return Response(strained + flexibility @ (forces - qdd), strained, qdd)
+def _figures(
+    body: Any, some: Directions, asked: Asked, f: np.ndarray, blocks: list[Any]
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return, of each recovery, the peaks (p, c, m) and the root mean squares over a band."""
+    s, forces = 2 * np.pi * f[:, None], unit_forces(body) @ asked.columns
+    size = asked.size(np.broadcast_to(f[:, None], (len(f), forces.shape[1])))
+    gap = some.w**2 - some.mass * (s**2 - 2j * asked.damping * some.w * s)
+    p = (some.Y.T @ forces)[None] / np.where(gap == 0, np.inf, gap)[..., None] * size[:, None]
+    qdd = np.matmul(some.Y, -(s**2 * some.mass)[..., None] * p)
+    bare = np.matmul(some.Y, np.where(some.w[:, None] > 0, p, 0.0))
+    flexibility = dropped_flexibility(body.K, some.Y, some.w)
+    u = bare + np.matmul(flexibility, forces[None] * size[:, None] - qdd)
+    found = []
+    for block in blocks:
+        values = np.tensordot(block.q, bare if block.loads is None else u, (2, 1))  # (p, c, nf, m)
+        if block.qdd is not None:
+            values = values + np.tensordot(block.qdd, qdd, (2, 1))
+        if block.loads is not None:
+            values = values + (block.loads @ asked.columns)[:, :, None] * size
+        power = np.abs(values) ** 2
+        found.append((np.sqrt(power.max(axis=2)), np.sqrt(np.trapezoid(power, f, axis=2))))
+    return found
 
 
-def _values(block: Any, found: Response, loads: np.ndarray) -> np.ndarray:
-    values = block.q @ (found.bare if block.loads is None else found.u)
-    if block.qdd is not None:
-        values = values + block.qdd @ found.qdd
-    return values if block.loads is None else values + block.loads @ loads
+def _difference(
+    units: tuple[str, ...], some: tuple[np.ndarray, np.ndarray], whole: tuple[np.ndarray, np.ndarray]
+) -> float:
+    """Return the largest difference of figures (p, c, m) over the largest with the same unit under any load."""
+    worst = 0.0
+    for found, full in zip(some, whole, strict=True):
+        own = np.broadcast_to(np.reshape(units, (-1, full.shape[1])), full.shape[:2])
+        for unit in set(units):
+            size, off = (np.abs(x[own == unit]).max(initial=0.0) for x in (full, found - full))
+            worst = max(worst, float(off / size) if size > 0 else 0.0)
+    return worst
 
 
-def _thinned(block: Any) -> Any:
+def _thinned(block: Any, most: int) -> Any:
     """Return a recovery at evenly chosen places where it has too many numbers."""
     p, c, _ = block.q.shape
-    some = np.unique(np.linspace(0, p - 1, max(1, ROWS // c)).astype(int)) if p * c > ROWS else np.arange(p)
+    some = np.unique(np.linspace(0, p - 1, max(1, most // c)).astype(int)) if p * c > most else np.arange(p)
     if len(some) == p:
         return block
     arrays = {name: getattr(block, name) for name in ("q", "qdd", "loads", "position", "node", "cell")}

@@ -38,16 +38,18 @@ def convergence_section(found: Convergence) -> Section:
 
 
 SAYS = (
-    "Error of each recovery, in %, with the first of the kept modes against all of them: the largest difference over "
-    "the largest value under harmonic loads below {0} Hz, accelerations of the root and loads on the other interfaces, "
-    "the worst of them. Constraint modes and truncation vectors are there whatever the number of modes. Errors against "
-    "the full model are in the notes, where up_to is given."
+    "Error of each recovery, in %, with the first of the kept modes against all of them: the largest difference of a "
+    "peak or a root mean square below {0} Hz, over the largest of the recovery in that unit, {1}. Constraint modes and "
+    "truncation vectors are there whatever the number of modes. Errors against the full model are in the notes, where "
+    "up_to is given."
 )
+UNIT_LOADS = "under unit accelerations of the root and unit loads on the other interfaces with 1 % damping"
 
 
 def _said(found: Convergence) -> str:
     more = " Of large recoveries evenly chosen places are followed." if np.any(found.share < 1) else ""
-    return SAYS.format(hertz(found.up_to)) + more
+    loads = f"under the inputs of the responses {', '.join(found.loads)}, not notched" if found.loads else UNIT_LOADS
+    return SAYS.format(hertz(found.up_to), loads) + more
 
 
 def convergence_table(found: Convergence) -> Table:
@@ -96,7 +98,7 @@ def convergence_plot(found: Convergence, path: Path) -> Path:
     axes.set_xlim(-0.02 * found.count[-1], 1.02 * found.count[-1])
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("kept modes, in ascending order of frequency")
-    axes.set_ylabel("error, % of the response with all of them")
+    axes.set_ylabel("error of peaks and RMS, % of the largest")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9.5)
     plain_axes(axes, grid="both")
     return save_figure(figure, path)
