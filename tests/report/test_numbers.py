@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from modalprep.examples import uniform_beam
+from modalprep.multibody.results.envelopes import Envelope
+from modalprep.report.body_page.parts import extremes_table
 from modalprep.report.body_page.responses import fatigue_section, response_section
 from modalprep.report.body_page.table import Table
 from modalprep.report.numbers import number, quantity
@@ -82,3 +84,16 @@ def test_a_table_writes_powers_of_ten_and_its_file_all_digits():
     assert "1.2346 \N{MULTIPLICATION SIGN} 10⁻⁹" in table.html()
     assert "5.0 \N{MULTIPLICATION SIGN} 10⁻⁴" in table.html()
     assert "1.23456789e-09" in table.csv()
+
+
+@pytest.mark.parametrize(("allowable", "cells", "bad"), [
+    (5.0, ("5 N", "+0.25"), False), (2.0, ("2 N", "-0.5"), True), (None, ("none given", ""), False),
+])  # fmt: skip
+def test_extremes_stand_beside_what_is_allowed(allowable, cells, bad):
+    """-4 N of 5 N leave 5/4 - 1, of 2 N 2/4 - 1."""
+    one = np.ones((1, 1))
+    strut = Envelope(body="a", name="strut", places=("1",), components=("N",), units=("N",), highest=3 * one,
+                     lowest=-4 * one, highest_time=one, lowest_time=0 * one, allowable=allowable)  # fmt: skip
+    table = extremes_table([strut])
+    assert table.rows[0][-2:] == cells
+    assert ('class="bad"' in table.html()) is bad

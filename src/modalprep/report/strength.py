@@ -165,10 +165,11 @@ def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], pat
     axes = figure.add_subplot()
     for k, (name, one) in enumerate(found.items()):
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(one.frequency, one.maximax, linewidth=1.8, label=named(name), **style)
+        factor, _ = shown_unit(units[name].replace("²", "^2"))
+        axes.plot(one.frequency, factor * one.maximax, linewidth=1.8, label=named(name), **style)
     first = next(iter(found.values()))
     axes.set_xlabel("frequency of the oscillator (Hz)")
-    unit = ", ".join(dict.fromkeys(units.values()))
+    unit = ", ".join(dict.fromkeys(shown_unit(unit.replace("²", "^2"))[1] for unit in units.values()))
     axes.set_ylabel(f"{first.kind.replace('_', ' ')}, Q = {first.Q:g} ({unit})")
     _logarithmic(axes, first.frequency, "" if len(found) > 1 else next(iter(found)))
     return save_figure(figure, path)

@@ -20,6 +20,7 @@ from modalprep.report.body_page.table import Table, data_address, part
 from modalprep.report.body_page.verdicts import check_table
 from modalprep.report.charts.mass_chart import effective_mass_plot
 from modalprep.report.charts.plots import error_plot
+from modalprep.report.numbers import quantity
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.tables import (
     ENVELOPE,
@@ -151,11 +152,26 @@ def simulation(plots: Sequence[tuple[str, Path]], envelopes: Sequence[Envelope])
         html = Markup("").join(chart(file, title) for title, file in plots)
         found.append(Section(title="Simulation", anchor="simulation", html=html))
     if envelopes:
-        rows = [(*row[:-1], row[-1]) for row in envelope_rows(envelopes)]
-        table = Table(name="extremes", columns=ENVELOPE, rows=rows, caption="Extremes over the run; a negative margin "
-                      "means that an allowable is exceeded.")  # fmt: skip
-        found.append(Section(title="Recovered over the run", anchor="recovered", html=table.html()))
+        found.append(Section(title="Recovered over the run", anchor="recovered", html=extremes_table(envelopes).html()))
     return found
+
+
+def extremes_table(envelopes: Sequence[Envelope]) -> Table:
+    """Return the extremes of each recovered component, with what is allowed and the margin of safety."""
+    rows = []
+    for envelope in envelopes:
+        pairs = zip(envelope.worst(), envelope_rows([envelope]), strict=True)
+        rows += [(*cells[:-1], _allowed(envelope, row), cells[-1]) for row, cells in pairs]
+    columns = (*ENVELOPE[:-1], "allowable", "margin of safety")
+    return Table(name="extremes", columns=columns, rows=rows, caption="Extremes over the run; a negative margin of "
+                 "safety means that an allowable is exceeded.")  # fmt: skip
+
+
+def _allowed(envelope: Envelope, row: Mapping[str, Any]) -> str:
+    """Return the allowable of a component; of stress only that of von Mises stress is compared with it."""
+    if envelope.allowable is None:
+        return "none given"
+    return "" if np.isnan(row["margin"]) else quantity(envelope.allowable, row["unit"])
 
 
 def errors(curves: Mapping[str, tuple[Any, Any]] | None, axes: tuple[str, str]) -> list[Section]:
