@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from modalprep.errors import InputError as InputError
     from modalprep.errors import MechanismError as MechanismError
     from modalprep.errors import ModalprepError as ModalprepError
+    from modalprep.errors import ModalprepWarning as ModalprepWarning
     from modalprep.errors import NotInstalledError as NotInstalledError
     from modalprep.errors import OutputError as OutputError
     from modalprep.errors import RenderError as RenderError
@@ -65,6 +66,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.simulate import simulate as simulate
     from modalprep.reduction.craig_bampton import craig_bampton as craig_bampton
     from modalprep.reduction.craig_bampton import guyan as guyan
+    from modalprep.verdicts.verdict import Requirement as Requirement
+    from modalprep.verdicts.verdict import Verdict as Verdict
 
 __version__ = "0.1.0"
 
@@ -96,7 +99,8 @@ _NAMES = {
     "formats.resultfile": "write_result read_result",
     "drawing": "Film Page",
     "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError "
-    "NotInstalledError",
+    "NotInstalledError ModalprepWarning",
+    "verdicts.verdict": "Requirement Verdict",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -33,5 +33,9 @@ class RenderError(ModalprepError, RuntimeError):
     """VTK cannot draw on this machine (exit code 1)."""
 
 
+class ModalprepWarning(UserWarning):
+    """What a user should know of a result before trusting it; `notes.warn` issues it."""
+
+
 class NotInstalledError(InputError, RenderError):
     """A library of an extra is not installed (exit code 2); runs go on without its pictures."""

@@ -15,7 +15,7 @@ def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[obje
     '<table><caption>a &amp; b</caption><tr><th>name</th></tr><tr><td>'
     """
     lines = [_row("th", header), *(_row("td", row) for row in rows)]
-    return f"<table><caption>{html.escape(caption)}</caption>{''.join(lines)}</table>"
+    return f"<table><caption>{html.escape(caption).replace(chr(10), '<br>')}</caption>{''.join(lines)}</table>"
 
 
 def _row(tag: str, values: Iterable[object]) -> str:

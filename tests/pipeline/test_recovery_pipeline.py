@@ -111,8 +111,9 @@ def test_json_has_the_worst_places(job, capsys):
     assert main(["simulate", str(job('"200 kN"', '"1 kN"', t_end=0.5)), "--json"]) == 1  # the moment is above it
     printed = capsys.readouterr()
     said = json.loads(printed.out)
-    rows, (exceeded,) = said["envelopes"], said["exceeded"]
-    assert "margin of job.beam My (-" in exceeded
-    assert printed.err == f"modalprep: {exceeded}\n"
+    rows, verdict = said["envelopes"], said["verdict"]
+    failed = {each["name"]: each["says"] for each in verdict["requirements"] if each["result"] == "FAILED"}
+    assert failed["margin of job.beam My"].startswith("-")
+    assert all(f"{name} ({says})" in printed.err for name, says in failed.items())
     assert {row["recovery"] for row in rows} == {"beam", "wall", "tip"}
     assert len(rows) == 6 + 6 + 3

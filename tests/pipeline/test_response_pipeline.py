@@ -109,8 +109,9 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys, mo
     assert main(["run", str(job()), "--json"]) == 1  # the moment exceeds its allowable
     printed = capsys.readouterr()
     said, made = json.loads(printed.out), tmp_path / "output" / "job"
-    assert len(said["exceeded"]) == len(printed.err.splitlines()) == 1
-    assert said["exceeded"][0].split(":")[0].endswith("not met")
+    assert said["verdict"]["word"] == "FAIL"
+    assert len(printed.err.splitlines()) == 1
+    assert "requirement is not met: " in printed.err
     body = mp.read_body(made / "job.h5")
     level = np.array([0.5 * G, 0.5 * G, 1.0])
     y = Spectrum(frequency=np.array([1.0, 10, 20]), value=level, phase=np.array([0, np.pi / 2, np.pi / 2]))

@@ -9,9 +9,10 @@ import pytest
 
 BASE = {
     "errors", "extras", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook",
-    "drawing", "labelled", "workers", "applies",
+    "drawing", "labelled", "workers", "applies", "verdicts",
 }  # fmt: skip
 MAY_IMPORT = {
+    "verdicts": BASE,
     "linalg": BASE,
     "fe": BASE | {"linalg"},
     "reduction": BASE | {"linalg", "fe"},
@@ -41,8 +42,8 @@ LAYERS = {
     ),
     "report": (
         "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts",
-        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation",
-        "page", "run_page", "view", "show",
+        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble",
+        "body_page", "explain", "correlation", "page", "run_page", "view", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",

@@ -4,9 +4,10 @@ import numpy as np
 from PIL import Image
 
 from modalprep.body.checks import Check
-from modalprep.report import Section, Table, Verdict, paragraph
+from modalprep.report import Section, Table, paragraph
 from modalprep.report.body_page.inputs import Inputs
 from modalprep.report.page import write_page
+from modalprep.verdicts.verdict import Requirement
 
 CHECKS = [Check("mass", 1e-12, 1e-9, "body = mesh"), Check("modal mass", 2e-3, 1e-7, "P sums to 1")]
 NOTES = ["all 3 fixed-interface modes below 9 Hz were found (a)", "its mass is implausible", "rebuilt: P"]
@@ -36,7 +37,7 @@ def whole_page(body, folder, rows=20):
         name="struts", columns=("strut", "N (N)", "result"), rows=[("left", 2.0, "FAILED"), ("right", 1.0, "passed")]
     )
     section = Section(title="Strut forces", anchor="strut-section", html=paragraph("At 3 sigma.") + extra.html(),
-                      verdicts=[Verdict(name="left strut", result="FAILED", says="-0.2")])  # fmt: skip
+                      requirements=[Requirement(name="left strut", result="FAILED", says="-0.2")])  # fmt: skip
     inputs = Inputs(
         tables=[made["mass"]], energies=[made["strain"]], text="[mesh]\nfile = 'a.msh'\n" * 20,
         files={"a.msh": "ab" * 32}, made={"host": "machine"},

@@ -139,7 +139,7 @@ def test_frequencies_have_no_exponent():
 
 
 def test_margins_of_a_job_are_said_below_the_table():
-    said = "1 requirement is not met: fatigue weld (largest damage 2 of 1, at seam)"
+    failed = mp.Requirement(name="fatigue weld", result="FAILED", says="largest damage 2 of 1, at seam")
     row = {
         "job": "a",
         "pipeline": "a.toml",
@@ -147,6 +147,8 @@ def test_margins_of_a_job_are_said_below_the_table():
         "ran": True,
         "status": "done",
         "cause": "",
-        "exceeded": [said],
+        "verdict": mp.Verdict.of([failed]).summary(),
     }
-    assert printed(jobs_table, [row], 120).splitlines()[-1] == f"a: {said}"
+    lines = printed(jobs_table, [row], 120).splitlines()
+    assert lines[-1] == "a: fatigue weld: largest damage 2 of 1, at seam"
+    assert any(line.split()[:3] == ["a", "done", "FAIL"] for line in lines)

@@ -7,8 +7,11 @@ from typing import Literal
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.quality.mode_names import Moving, mode_names
+from modalprep.body.quality.resolution import coarse_mesh
+from modalprep.body.quality.units import implausible_units
 from modalprep.body.recovery_matrices import recovery_matrices
-from modalprep.body.second_order import stiffness_and_growth, with_second_order_mass
+from modalprep.body.second_order import SECOND_ORDER, stiffness_and_growth, with_second_order_mass
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
@@ -17,8 +20,10 @@ from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.blas import inner, one_numpy_thread
 from modalprep.reduction.basis import Reduction
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import told
 
 
+@told
 @one_numpy_thread(beside_mkl=True)
 def flexible_body(
     model: FEModel,
@@ -49,6 +54,11 @@ def flexible_body(
         and the provenance says how much.
     provenance : dict of str
         Added to the source of the mesh.
+
+    Warns
+    -----
+    ModalprepWarning
+        Of a size, mass or frequency that suggests a wrong unit.
 
     Returns
     -------
@@ -114,7 +124,26 @@ def flexible_body(
         recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
         provenance={**model.source, **(provenance or {})},
     )
-    return with_second_order_mass(body, model, reduction, second_order_mass, low)
+    body = with_second_order_mass(body, model, reduction, second_order_mass, low)
+    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
+    own = (*said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
+    return body.with_(notes=(*model.notes, *reduction.notes, *own), mode_names=_mode_names(model, body))
+
+
+def _mode_names(model: FEModel, body: FlexibleBody) -> tuple[str, ...]:
+    """Name the modes by the masses of the nodes, and by the groups of the elements where they are known."""
+    dof = model.dof[: len(model.points), :3]
+    mass = np.abs(np.where(dof >= 0, model.g[dof, np.arange(3)], 0.0)).mean(axis=1)
+    used = mass > 0
+    parts: dict[str, np.ndarray] = {}
+    for part in model.elements.parts if model.elements else ():
+        parts.setdefault(part.group, np.zeros(len(mass), dtype=bool))[part.nodes[part.nodes < len(mass)]] = True
+    strain = {}
+    if model.groups is not None and body.energy:
+        share = model.groups.summed(body.energy) / np.where(body.K > 0, body.K / 2, np.inf)
+        strain = dict(zip(model.groups.names, share, strict=True))
+    parts = {name: nodes[used] for name, nodes in parts.items()}
+    return mode_names(Moving(model.points[used], body.shape[used], mass[used], parts, strain))
 
 
 def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,8 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix, rigid_mass_matrix
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import warnings_of
+from modalprep.verdicts.verdict import FAILED, PASSED, Requirement, Verdict
 
 if TYPE_CHECKING:
     from modalprep.fe.assembly.model import FEModel
@@ -46,8 +49,13 @@ class Check:
 
     @property
     def result(self) -> str:
-        """``passed``, ``failed``, or ``note`` of a value beyond a limit that is not required."""
-        return "passed" if self.within else "failed" if self.required else "note"
+        """``passed``, ``failed``, or ``warning`` of a value beyond a limit that is not required."""
+        return "passed" if self.within else "failed" if self.required else "warning"
+
+    @property
+    def says(self) -> str:
+        """Value, limit and meaning."""
+        return f"{self.value:.1e}, limit {self.limit:.0e}: {self.meaning}"
 
     def row(self) -> dict[str, Any]:
         """Return the check as plain JSON; a value that is not finite becomes null.
@@ -95,6 +103,11 @@ class CheckReport(Record):
         """Whether every required check passed."""
         return not self.failed
 
+    @property
+    def verdict(self) -> Verdict:
+        """PASS, PASS WITH WARNINGS or FAIL, with the reasons."""
+        return Verdict.of(required_checks(self.checks), (*beyond(self.checks), *warnings_of(self.notes)))
+
     def summary(self) -> dict[str, Any]:
         """Return the report as plain JSON; a value that is not finite becomes null.
 
@@ -104,7 +117,30 @@ class CheckReport(Record):
             Plain JSON, by the names of the fields.
         """
         rows = [c.row() for c in self.checks]
-        return {"subject": self.subject, "passed": self.passed, "checks": rows, "notes": list(self.notes)}
+        return {"subject": self.subject, "passed": self.passed, "checks": rows} | {
+            "notes": list(self.notes),
+            "verdict": self.verdict.summary(),
+        }
+
+
+def required_checks(checks: Iterable[Check]) -> list[Requirement]:
+    """Return the requirements of checks; of those beyond a limit that is not required see `beyond`."""
+    return [
+        Requirement(name=check.name, result=PASSED if check.within else FAILED, anchor=f"check-{number}",
+                    says=check.says)
+        for number, check in enumerate(checks, start=1) if check.within or check.required
+    ]  # fmt: skip
+
+
+def beyond(checks: Iterable[Check]) -> list[str]:
+    """Return a warning of each check beyond a limit that is not required.
+
+    Examples
+    --------
+    >>> beyond([Check("buckling load tip", 0.3, 0.1, "3 N on 'tip', of the mesh 2 N", required=False)])
+    ["buckling load tip: 3.0e-01, limit 1e-01: 3 N on 'tip', of the mesh 2 N"]
+    """
+    return [f"{check.name}: {check.says}" for check in checks if check.passed and not check.within]
 
 
 def check_model(model: FEModel) -> list[Check]:

@@ -13,6 +13,7 @@ from modalprep.body.stress import StressModes
 from modalprep.drawing import Film, Page, draw
 from modalprep.records import Record
 from modalprep.reduction.table import ModeTable
+from modalprep.verdicts.notes import with_warnings
 
 ORIGIN, AXES = "origin at the root interface", "axes of the mesh"
 
@@ -75,6 +76,10 @@ class FlexibleBody(Record):
         The candidates of the reduction with the reason for keeping or dropping each.
     provenance : dict of str
         Sources of the body and their hashes.
+    mode_names : tuple of str
+        What moves in each mode, and how, such as "1st bending in y"; empty where the masses of the nodes are not known.
+    notes : tuple of str
+        What the user should know of the body; those that need action are warnings (`modalprep.verdicts.notes`).
 
     Examples
     --------
@@ -116,6 +121,8 @@ class FlexibleBody(Record):
     modal_mass: np.ndarray | None = None
     T: np.ndarray | None = None
     truncation: np.ndarray | None = None
+    mode_names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Assume normalised modes unless a modal mass is given, and no truncation vectors."""
@@ -153,14 +160,15 @@ class FlexibleBody(Record):
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed.
 
-        New modes (`K`) have no `energy`, `stress`, `recovery`, `truncation` and `T`, and mass 1, unless given.
+        New modes (`K`) have no `energy`, `stress`, `recovery`, `truncation`, `T` and names, and mass 1, unless given.
 
         Returns
         -------
         FlexibleBody
             The changed copy.
         """
-        none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None, "truncation": None}
+        none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None}
+        none |= {"truncation": None, "mode_names": ()}
         return super().with_(**((none if "K" in changes else {}) | changes))
 
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
@@ -315,6 +323,7 @@ class FlexibleBody(Record):
         return draw("body_view", self)
 
     def __repr__(self) -> str:
-        """Name, size, mass and frequency range."""
+        """Name, size, mass and frequency range, and the warnings."""
         band = f"{self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if self.n else "rigid"
-        return f"FlexibleBody({self.name!r}, m={self.m:.4g} kg, {self.n} modes, {band})"
+        text = f"FlexibleBody({self.name!r}, m={self.m:.4g} kg, {self.n} modes, {band})"
+        return with_warnings(text, self.notes)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, ModalFile, Output, Pdf, Settings, app, print_json
+from modalprep.cli.common import Json, ModalFile, Output, Pdf, Settings, app, end_with, print_json
 from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
 from modalprep.suggest import refuse_missing
@@ -37,6 +37,7 @@ def modes(
     from modalprep.pipeline.build.sources import claiming, output_folder, refuse_shared_folders
     from modalprep.pipeline.console import Reporter
     from modalprep.report.body_page.printing import find_browser, print_page
+    from modalprep.report.body_page.requirements import body_verdict
     from modalprep.report.page import write_page
     from modalprep.report.tables import body_summary, mode_table
 
@@ -48,7 +49,7 @@ def modes(
         file, output = with_settings(file, settings or [], output)
         refuse_shared_folders(file, output)
         built = build_body(file, output_folder(file, output), reporter)
-        body, checks, notes = built.body, built.checks, list(built.notes)
+        body, checks, error = built.body, built.checks, built.error_curves
         page, made = built.file.with_name(f"{built.file.stem}{MODES}"), page_inputs(file, built)
     else:
         from modalprep.body.checks import check_body
@@ -59,19 +60,23 @@ def modes(
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}{MODES}"
         refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
-        body, notes, made = read_body(file), [], None
-        checks = check_body(body)
+        body, made = read_body(file), None
+        checks, error = check_body(body), {}
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
-    for note in notes:
-        reporter.say(f"  note: {note}")
+    for note in body.notes:
+        reporter.note(note)
+    verdict = body_verdict(checks=checks, notes=body.notes, errors=error)
     with claiming({page: file} if output and made is None else {}):
-        write_page(body, page, checks=checks, notes=notes, inputs=made)
+        write_page(body, page, checks=checks, notes=body.notes, inputs=made, errors=error or None, verdict=verdict)
     reporter.wrote(page)
     if browser:
         reporter.wrote(print_page(page, browser))
     if as_json:
-        print_json({"modes": summary.mode_rows(body.modes), "frequency_Hz": body.frequency.tolist(), "page": str(page)})
+        found = {"modes": summary.mode_rows(body.modes), "frequency_Hz": body.frequency.tolist()}
+        found |= {"mode_names": list(body.mode_names), "page": str(page), "verdict": verdict.summary()}
+        print_json(found)
+    end_with(verdict, reporter, file)
 
 
 @app.command()
@@ -196,7 +201,7 @@ def export(
         else:
             notes = _synthetic(body, to, sensors, noise, target, reporter)
     for note in notes:
-        reporter.say(f"  note: {note}")
+        reporter.note(note)
     if as_json:
         print_json({"files": [str(f) for f in reporter.files], "notes": notes})
 
@@ -248,7 +253,6 @@ def import_file(
     as_json: Json = False,
 ) -> None:
     """Read a body of another program, and write its modal file."""
-    from modalprep.formats.bodies.described import notes_of
     from modalprep.formats.bodies.read import import_body
     from modalprep.formats.modalfile import write_body
     from modalprep.pipeline.build.sources import claiming, refuse_overwriting
@@ -263,11 +267,10 @@ def import_file(
     with claiming(own):
         reporter.wrote(write_body(body, target))
     body_summary(body, reporter.console)
-    notes = notes_of(body)
-    for note in notes:
-        reporter.say(f"  the file does not hold {note}")
+    for note in body.notes:
+        reporter.note(note)
     if as_json:
-        print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+        print_json({"files": [str(f) for f in reporter.files], "notes": list(body.notes)})
 
 
 def _named_nodes(text: str) -> tuple[str, list[int]]:

@@ -11,10 +11,10 @@ from typing import Annotated
 
 import typer
 
-from modalprep.cli import bodies, compare, film, jobs, meshes, simulate, view
+from modalprep.cli import bodies, compare, explain, film, jobs, meshes, simulate, view
 from modalprep.cli.common import app
 
-__all__ = ["app", "bodies", "compare", "film", "jobs", "meshes", "perform", "simulate", "view"]
+__all__ = ["app", "bodies", "compare", "explain", "film", "jobs", "meshes", "perform", "simulate", "view"]
 
 
 def _version(wanted: bool) -> None:
@@ -56,11 +56,12 @@ def perform(argv: Sequence[str]) -> int:
     KeyboardInterrupt
     """
     from modalprep.errors import ModalprepError
+    from modalprep.verdicts.notes import silent
 
     try:
-        return int(
-            _command(argv[0] if argv else "")(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0
-        )
+        with silent():
+            command = _command(argv[0] if argv else "")
+            return int(command(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0)
     except ModalprepError as error:
         print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code

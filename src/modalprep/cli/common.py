@@ -10,6 +10,7 @@ import typer
 
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
+    from modalprep.verdicts.verdict import Verdict
 
 app = typer.Typer(
     add_completion=True,
@@ -39,12 +40,14 @@ def print_json(data: dict[str, Any]) -> None:
     print(json.dumps(data, indent=1))
 
 
-def end_with(failures: tuple[str, ...]) -> None:
-    """End with exit code 1 and the sentences of audits that failed and requirements that are not met."""
+def end_with(verdict: Verdict, reporter: Reporter, file: Path) -> None:
+    """Print the verdict on a file; with FAIL end with exit code 1 and a sentence of what is not met."""
     from modalprep.errors import AccuracyError
+    from modalprep.report.terminal import print_verdict
 
-    if failures:
-        raise AccuracyError("; ".join(failures))
+    print_verdict(verdict, reporter.console)
+    if verdict.failure:
+        raise AccuracyError(f"{file}: {verdict.failure}")
 
 
 def open_page(page: Path, reporter: Reporter) -> None:

@@ -21,6 +21,7 @@ from modalprep.cli.common import (
     print_json,
 )
 from modalprep.report import summary
+from modalprep.verdicts.verdict import FAIL
 
 if TYPE_CHECKING:
     from modalprep.pipeline.batch.batch import Batch
@@ -43,7 +44,8 @@ def run(
     """Build the body of a pipeline file, analyse and simulate it.
 
     Each part is done when the file asks for it. The body and the run come with a page each, the body with pictures.
-    The exit code is 1 when an audit fails, a margin is negative or a damage is 1 or more.
+    The last line is the verdict: PASS, PASS WITH WARNINGS, or FAIL with exit code 1, where an audit fails, a margin is
+    negative, a damage is 1 or more, or a requirement of [require] is not met.
     """
     from modalprep.errors import InputError
     from modalprep.pipeline.batch.settings import with_settings
@@ -69,7 +71,7 @@ def run(
         reporter.say(f"outputs are in {outcome.folder}")
     if show:
         open_page(pages[0], reporter)
-    end_with(outcome.failures + outcome.exceeded)
+    end_with(outcome.verdict, reporter, file)
 
 
 def _has_page(pipeline: Pipeline) -> bool:
@@ -104,8 +106,8 @@ def batch(
 ) -> None:
     """Run many pipeline files, and every combination of a [grid].
 
-    Finished jobs are not run again. When one job fails, it is reported and the others go on; the exit code is then
-    1, or 2 when files could not be written.
+    Finished jobs are not run again. When one job fails, it is reported and the others go on. The exit code is 1 when a
+    job failed or its verdict is FAIL, and 2 when files could not be written.
     """
     from modalprep.errors import InputError, OutputError
     from modalprep.pipeline.batch.batch import list_batch, plan_batch, run_batch
@@ -135,7 +137,7 @@ def batch(
     if unwritten:
         jobs_lost = f"{unwritten} of {len(done['jobs'])} jobs"
         raise OutputError(f"cannot write the files of {jobs_lost}; make room, or choose another --output folder")
-    if not listing and done["failed"]:
+    if not listing and (done["failed"] or any(row.get("verdict", {}).get("word") == FAIL for row in done["jobs"])):
         raise typer.Exit(1)
 
 
@@ -169,7 +171,7 @@ def analyse(
     found = analyse_pipeline(file, output, reporter)
     if as_json:
         print_json(found.summary() | {"files": [str(f) for f in reporter.files]})
-    end_with(found.failures)
+    end_with(found.verdict, reporter, file)
 
 
 @app.command()

@@ -135,7 +135,7 @@ def init(
     found, written = init_pipeline(file, target, material=material, size=size, force=force, **units)
     survey_table(*rows(found), reporter.console)
     for note in found.notes:
-        reporter.say(f"  note: {note}")
+        reporter.note(note)
     for path in written:
         reporter.wrote(path)
     if as_json:

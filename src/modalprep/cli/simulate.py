@@ -49,7 +49,8 @@ def simulate(
 ) -> None:
     """Simulate the system of a pipeline file with the order-n solver.
 
-    The exit code is 1 when the audit of the run fails, a margin is negative or a damage is 1 or more.
+    The last line is the verdict: PASS, PASS WITH WARNINGS, or FAIL with exit code 1, where an audit of the run fails, a
+    margin is negative or a damage is 1 or more.
     """
     from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
@@ -67,7 +68,7 @@ def simulate(
         refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
     how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
     done = simulate_pipeline(file, output, reporter, target=target, **how)
-    outcome = Outcome(target.parent if target else output_folder(file, output), simulated=done)
+    outcome = Outcome(target.parent if target else output_folder(file, output), simulated=done, notes=list(done.notes))
     outcome.plots = plot_runs(file, pipeline, done, outcome.folder, reporter)
     if pipeline.srs or pipeline.fatigue:
         outcome.strength = _strength(file, pipeline, done, outcome.folder, reporter)
@@ -75,12 +76,12 @@ def simulate(
     _pictures(file, pipeline, outcome, (animate, colour, vtu), reporter)
     if report:
         more = {"plots": outcome.plots, "film": outcome.film, "sections": outcome.sections}
-        page_of_run(file, pipeline, done, reporter, **more)
+        page_of_run(file, pipeline, done, reporter, verdict=outcome.verdict, **more)
     if as_json:
         print_json(summary.simulation(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
-    end_with(outcome.failures + outcome.exceeded)
+    end_with(outcome.verdict, reporter, file)
 
 
 def _refuse_options(animate: Path | None, colour: str | None, vtu: Path | None) -> None:

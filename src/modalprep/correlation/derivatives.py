@@ -17,6 +17,7 @@ from modalprep.linalg.modes import lowest_modes
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.verdicts.notes import told
 
 REPEATED = 1e-6  # of w^2: closer modes have one eigenspace, whose shapes are those that the parameter selects
 CLOSE = 0.02  # of the frequency: such neighbours may exchange their places after a small change
@@ -85,6 +86,7 @@ class Sensitivities(Record):
         return html_table(repr(self), head, [[k + 1, f, *row] for k, (f, row) in enumerate(cells)])
 
 
+@told
 def sensitivities(
     model: FEModel,
     *,

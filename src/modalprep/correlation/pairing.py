@@ -14,6 +14,7 @@ from modalprep.correlation.places import in_frame, nearest, said_of_places
 from modalprep.errors import InputError
 from modalprep.notebook import html_table
 from modalprep.records import Record
+from modalprep.verdicts.notes import told
 
 PAIRED = 0.5  # smallest MAC of a pair
 
@@ -106,6 +107,7 @@ class Correlation(Record):
         return html_table(repr(self), list(rows[0]) if rows else [], [list(row.values()) for row in rows])
 
 
+@told
 def correlate(
     test: ModeSet,
     analysis: ModeSet,

@@ -23,6 +23,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.simulate import channel_names, check_span, check_steps
 from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.verdicts.notes import told
 from modalprep.workers import Cluster, Processes, Team, Threads, exported_threads, processors
 
 BLOCK = 0.1  # s, about, of the cases that a worker runs at once
@@ -30,6 +31,7 @@ TICK = 0.5  # s, longest wait for a case before an interrupt is looked at
 POOLS = {"threads": Threads, "processes": Processes}
 
 
+@told
 def simulate_many(
     system: System,
     cases: Mapping[str, Any] | Sequence[Mapping[str, float]],

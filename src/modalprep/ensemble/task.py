@@ -16,6 +16,7 @@ from modalprep.multibody.packing.tree import pack_changed
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
+from modalprep.verdicts.notes import silent
 
 ERRORS = "energy_error", "momentum_error"  # of the audits of a run
 Block = tuple[int, ...]  # numbers of cases that a worker runs at once
@@ -89,7 +90,8 @@ class CaseTask:
         if self.stopped:
             return Ended(case, WAITING, "", 0.0)
         try:
-            run = simulate(self.system_of(case), progress=self._look, **self.options)
+            with silent():  # the ensemble has its notes
+                run = simulate(self.system_of(case), progress=self._look, **self.options)
             events = {name: float(found[0]) if len(found) else np.nan for name, found in run.events.items()}
             histories = {name: on_grid(run, name, self.times) for name in self.shapes}
         except Stopped:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from modalprep.formats.mbdyn import write_mbdyn as write_mbdyn
     from modalprep.formats.nastran import write_dmig as write_dmig
     from modalprep.formats.nastran import write_output4 as write_output4
+    from modalprep.formats.responsefile import read_response as read_response
     from modalprep.formats.responsefile import write_response as write_response
     from modalprep.formats.resultfile import read_csv as read_csv
     from modalprep.formats.resultfile import write_csv as write_csv
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "resultfile": "write_csv read_csv",
-    "responsefile": "write_response",
+    "responsefile": "read_response write_response",
     "statespace": "write_state_space",
     "bodies.described": "notes_of",
     "bodies.read": "import_body",

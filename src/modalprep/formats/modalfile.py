@@ -20,6 +20,7 @@ from modalprep.fe.mesh.cells import CELLS
 from modalprep.formats.hdf5 import CHECKSUM, checksum, reading, writing
 from modalprep.reduction.table import ModeTable
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import told
 
 FORMAT, VERSION = "modalprep", 2
 WITHOUT_CHECKSUM = (1,)  # versions
@@ -50,15 +51,9 @@ PER_CELL: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # optional: shap
     "energy": lambda c, n: (c, n),
     "volume": lambda c, n: (c,),
 }
-RECOVERED = (
-    "q",
-    "qdd",
-    "loads",
-    "axes",
-    "position",
-    "node",
-    "cell",
-)  # arrays of a recovery; all but q and axes may be missing
+TEXTS = ("mode_names", "notes")  # optional
+# Arrays of a recovery; all but q and axes may be missing.
+RECOVERED = ("q", "qdd", "loads", "axes", "position", "node", "cell")
 TABLE = np.dtype(
     [
         ("kind", h5py.string_dtype()),
@@ -88,8 +83,8 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
     >>> import tempfile
     >>> from modalprep.examples import uniform_beam
     >>> file = write_body(uniform_beam(modes=2), Path(tempfile.mkdtemp()) / "beam.h5")
-    >>> read_body(file)
-    FlexibleBody('beam', m=12 kg, 2 modes, 0.6044..1.209 Hz)
+    >>> read_body(file).frequency.round(4)
+    array([0.6044, 1.2086])
     """
     refuse_other("write_body: the body", FlexibleBody, body)
     path = Path(path)
@@ -109,6 +104,9 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
         if np.any(body.truncation):
             _store(file, "truncation", body.truncation)
         file["interface_name"] = np.array(body.interface_name, dtype=object)
+        for name in TEXTS:
+            if getattr(body, name):
+                file[name] = np.array(getattr(body, name), dtype=object)
         _store(file, "points", body.points)
         _store(file, "shape", body.shape)
         for kind, cells in body.cells.items():
@@ -155,6 +153,7 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
     file["modes"].attrs.update({} if table.held is None else {"held": table.held})
 
 
+@told
 def read_body(path: str | Path, *, checked: bool = True) -> FlexibleBody:
     """Read a modal file.
 
@@ -256,6 +255,7 @@ def _read(file: h5py.File) -> FlexibleBody:
             held=held,
         ),
         provenance=dict(json.loads(file.attrs["inputs"])),
+        **{name: tuple(file[name].asstr()[()]) for name in TEXTS if name in file},
     )
 
 

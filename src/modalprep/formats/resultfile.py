@@ -15,6 +15,9 @@ from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.multibody.results.result import STATS, Result
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import told
+
+RESULT = "modalprep result"
 
 
 def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:
@@ -36,7 +39,7 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
     refuse_other("write_result: the result", Result, result)
     path = Path(path)
     with writing(path) as file:
-        file.attrs.update(format="modalprep result", format_version=1, units="SI")
+        file.attrs.update(format=RESULT, format_version=1, units="SI")
         for group, run in {"": result, **(runs or {})}.items():
             target = file.require_group(group) if group else file
             target.attrs.update(status=run.status, message=run.message, notes="\n".join(run.notes), **run.stats)
@@ -46,6 +49,7 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
     return path
 
 
+@told
 def read_result(path: str | Path) -> Result:
     """Read the first run of a result file.
 

@@ -27,11 +27,13 @@ from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import told
 
 MAX_OUTPUTS = 1e7
 RHO_INF = 0.9  # of generalised-alpha, by default
 
 
+@told
 def simulate(
     system: System,
     t_end: float,
@@ -140,11 +142,13 @@ def simulate(
         recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
         outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
-    said = [*(loops.notes if loops else ()), *integration.changes.notes(), *system.notes, *unaudited(recorder.parts)]
+    said = [*(loops.notes if loops else ()), *integration.changes.notes()]
     message = "; ".join([outcome.message, *said])
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
     notes = (
+        *system.notes,
+        *unaudited(recorder.parts),
         *idle_closures(system, events),
         *integration.change_points.notes(),
         *large_deflections(system.bodies, result.time, modal),

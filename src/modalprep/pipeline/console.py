@@ -14,6 +14,7 @@ from typing import Protocol
 from rich.console import Console
 
 from modalprep.report.terminal import print_text
+from modalprep.verdicts.notes import kind_of
 
 COMPILING = "compiling the solver, once: up to a minute"
 LOG_WIDTH = 10_000  # columns of a log, more than any table needs: lines of a file are not folded
@@ -31,6 +32,10 @@ class Reporter:
     def say(self, text: str) -> None:
         """Print one plain line; on a terminal its words stay whole."""
         print_text(text, self.console)
+
+    def note(self, text: str) -> None:
+        """Print a note on a result, and say whether it is a warning."""
+        self.say(f"  {'note' if kind_of(text) == 'notes' else 'warning'}: {text}")
 
     def wrote(self, path: Path) -> Path:
         """Record and announce a written file."""

@@ -12,6 +12,7 @@ from modalprep.extras import need
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.verdicts.notes import silent
 
 if TYPE_CHECKING:
     from modalprep.correlation.derivatives import Sensitivities
@@ -21,9 +22,11 @@ if TYPE_CHECKING:
     from modalprep.pipeline.pictures import Pictures
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
+    from modalprep.pipeline.schema.require import RequireTable
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
     from modalprep.report.body_page.section import Section
+    from modalprep.verdicts.verdict import Requirement, Verdict
 
 
 @dataclass
@@ -43,21 +46,52 @@ class Outcome:
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     sections: list[Section] = field(default_factory=list)  # of the report page
+    limits: dict[str, float] = field(default_factory=dict)  # of the errors against the full model
+    require: RequireTable | None = None
 
     @property
-    def failures(self) -> tuple[str, ...]:
-        """Why analyses and runs failed their audit; empty when they did not."""
-        return tuple(why for part in (self.analysed, self.simulated) if part for why in part.failures)
+    def audits(self) -> tuple[Requirement, ...]:
+        """Whether analyses and runs are what their equations say."""
+        return tuple(audit for part in (self.analysed, self.simulated) if part for audit in part.audits)
 
     @property
-    def exceeded(self) -> tuple[str, ...]:
-        """The margins that are negative and the damages of 1 and more, as one sentence; empty when there are none."""
-        from modalprep.report.body_page.verdicts import exceeded, of_damage, of_envelopes, of_response
+    def verdict(self) -> Verdict:
+        """PASS, PASS WITH WARNINGS or FAIL, with the reasons; the same on the page, in JSON and in the terminal."""
+        from modalprep.report.body_page.requirements import (
+            body_verdict,
+            of_damage,
+            of_envelopes,
+            of_errors,
+            of_response,
+        )
+        from modalprep.verdicts.notes import warnings_of
+        from modalprep.verdicts.verdict import Verdict
 
-        margins = [of_response(found.name, found.response) for found in self.responses]
+        margins = [met for found in self.responses for met in of_response(found.name, found.response)]
         damages = [of_damage(*found) for found in self.strength.fatigue.items()] if self.strength else []
-        extremes = of_envelopes(self.simulated.envelopes) if self.simulated else []
-        return exceeded([*extremes, *(verdict for part in margins for verdict in part), *damages])
+        envelopes = self.simulated.envelopes if self.simulated else ()
+        extremes = of_envelopes(envelopes)
+        met = [*self._required(), *self.audits, *extremes, *margins, *damages]
+        built = self.built
+        if built is None:
+            return Verdict.of(met, warnings_of(self.notes))
+        errors, limits = built.error_curves, self.limits
+        static = of_errors({"static responses": ((), built.error.static)}, limits) if built.error else []
+        return body_verdict(
+            checks=built.checks, notes=self.notes, errors=errors, error_limits=limits, requirements=[*static, *met]
+        )
+
+    def _required(self) -> list[Requirement]:
+        """Return the requirements of [require]."""
+        if self.require is None or self.built is None:
+            return []
+        from modalprep.pipeline.build.required import required_margin, required_of_body
+
+        envelopes = self.simulated.envelopes if self.simulated else ()
+        rows = [row["margin"] for envelope in envelopes for row in envelope.worst()]
+        rows += [peak.margin for found in self.responses for peak in found.response.worst()]
+        of_body = required_of_body(self.require, self.built.body, self.built.error)
+        return [*of_body, *required_margin(self.require, rows)]
 
 
 def run_pipeline(
@@ -88,7 +122,7 @@ def run_pipeline(
     ------
     InputError, AccuracyError, SimulationError
         With one message each; files written before remain intact. An audit that fails raises nothing, nor does a
-        negative margin: see `Outcome.failures` and `Outcome.exceeded`, with which the command ends.
+        negative margin: see `Outcome.verdict`, with which the command ends.
     """
     from modalprep.pipeline.build.sources import output_folder, refuse_shared_folders
     from modalprep.pipeline.pictures import pictures_beside
@@ -107,8 +141,8 @@ def run_pipeline(
         from modalprep.pipeline.responses.respond import refuse_responses
 
         refuse_responses(pipeline, path)
-    outcome = Outcome(folder=output_folder(path, output))
-    with pictures_beside(pipeline.output.pictures if pipeline.has_body else 0) as drawn:
+    outcome = Outcome(folder=output_folder(path, output), limits=pipeline.reduction.limits, require=pipeline.require)
+    with silent(), pictures_beside(pipeline.output.pictures if pipeline.has_body else 0) as drawn:
         if pipeline.has_body:
             _body(path, pipeline, outcome, reporter, cache)
             drawn.begin(outcome.built.body, outcome.built.file)
@@ -191,7 +225,7 @@ def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: R
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
     for note in said:
         notes.append(note)
-        reporter.say(f"  note: {note}")
+        reporter.note(note)
 
 
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
@@ -245,17 +279,14 @@ def strength_sections(found: Strength) -> list[Section]:
 def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, drawn: Pictures, report: bool) -> None:
     from modalprep.pipeline.build.described import page_inputs
     from modalprep.report.body_page.convergence import convergence_section
-    from modalprep.report.body_page.section import FAILED, Verdict
-    from modalprep.report.body_page.verdicts import of_errors
     from modalprep.report.page import write_page
 
     built = outcome.built
     mesh_picture, pictures = drawn.draw(built.body, built.file, reporter, outcome.notes)
     if not report:
         return
-    page, limits = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.limits
+    page = outcome.folder / f"{built.file.stem}.html"
     convergence = [convergence_section(built.convergence)] if built.convergence else []
-    static = of_errors({"static responses": ((), built.error.static)}, limits) if built.error else []
     write_page(
         built.body,
         page,
@@ -265,12 +296,11 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         checks=built.checks,
         notes=outcome.notes,
         errors=built.error_curves or None,
-        error_limits=limits,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         sections=[*convergence, *outcome.sections],
         inputs=page_inputs(path, built),
-        verdicts=[*static, *(Verdict(name="audit of the run", result=FAILED, says=why) for why in outcome.failures)],
+        verdict=outcome.verdict,
     )
     reporter.wrote(page)
 
@@ -280,4 +310,4 @@ def _run_page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Report
     from modalprep.pipeline.systems.page import page_of_run
 
     more = {"plots": outcome.plots, "film": outcome.film, "sections": [] if outcome.built else outcome.sections}
-    page_of_run(path, pipeline, outcome.simulated, reporter, **more)
+    page_of_run(path, pipeline, outcome.simulated, reporter, verdict=outcome.verdict, **more)

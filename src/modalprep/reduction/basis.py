@@ -18,6 +18,7 @@ from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
+from modalprep.verdicts.notes import with_warnings
 
 DEPENDENT = 1e-14  # share of mass of a combination of unit vectors: round-off
 EIGEN = 1e-6  # residual of a mode of the full model, relative to its inertia force
@@ -87,9 +88,9 @@ class Reduction(Record):
     truncation: np.ndarray | None = None
 
     def __repr__(self) -> str:
-        """Method, size and frequency range."""
+        """Method, size and frequency range, and the warnings."""
         band = f", {self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if len(self.frequency) else ""
-        return f"Reduction({self.method}, {len(self.frequency)} coordinates{band})"
+        return with_warnings(f"Reduction({self.method}, {len(self.frequency)} coordinates{band})", self.notes)
 
 
 def reduced(

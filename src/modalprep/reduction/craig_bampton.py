@@ -22,6 +22,7 @@ from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, OF_INTERFACE, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.verdicts.notes import told
 
 BUILT_IN = ("interfaces", "inertia")  # loads that every body has
 
@@ -33,6 +34,7 @@ class InteriorLoads(NamedTuple):
     answer: np.ndarray
 
 
+@told
 @one_numpy_thread(beside_mkl=True)
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Reduce to the constraint modes of the fixed interfaces: exact in statics, approximate in dynamics.
@@ -67,6 +69,7 @@ def with_constraint_modes(table: ModeTable, model: FEModel) -> ModeTable:
     )
 
 
+@told
 @one_numpy_thread(beside_mkl=True)
 def craig_bampton(
     model: FEModel,

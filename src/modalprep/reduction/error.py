@@ -21,6 +21,7 @@ from modalprep.reduction.clamped import unit_loads
 from modalprep.reduction.recoveries.error import RecoveryReference, between_resonances
 from modalprep.reduction.table import BODY
 from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.verdicts.notes import silent, warn
 
 MOST = 2000  # modes of the full model, at most
 TRIED = 300  # modes of a reduction that meets a target, at most
@@ -314,10 +315,12 @@ def to_target(
         refuse_unknown(name, [BODY, *(recovery.quantities if recovery else ())], "target_error: recovery")
     whole = _Reference.of(model, up_to, 6, algebra, recovery, damping)
     while True:
-        reduction = reduce(modes)
+        with silent():  # the notes of the last one count
+            reduction = reduce(modes)
         error = whole.compare(reduction)
         above = {name: error.worst_of(name) for name, limit in targets.items() if not error.worst_of(name) < limit}
         if not above:
+            warn(reduction.notes)
             return reduction, error
         if modes >= min(TRIED * GROWTH, len(whole.rows)):
             name, found = max(above.items(), key=lambda item: item[1] / targets[item[0]])

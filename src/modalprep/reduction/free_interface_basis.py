@@ -19,11 +19,13 @@ from modalprep.reduction.recoveries.unit_loads import ACCELERATION, floating_loa
 from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import told
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
 LINE = 1e-13  # smallest eigenvalue of a scaled rigid inertia: round-off where it resists not, 1e-8 of a slender wire
 
 
+@told
 @one_numpy_thread(beside_mkl=True)
 def free_interface(
     model: FEModel,
@@ -154,6 +156,7 @@ def _candidates(
     )
 
 
+@told
 @one_numpy_thread(beside_mkl=True)
 def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Guyan's reduction with the interior's inertia to first order (IRS): same size, better.

@@ -8,7 +8,6 @@ TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than a
 if TYPE_CHECKING:
     from modalprep.report.body_page.inputs import Inputs as Inputs
     from modalprep.report.body_page.section import Section as Section
-    from modalprep.report.body_page.section import Verdict as Verdict
     from modalprep.report.body_page.section import chart as chart
     from modalprep.report.body_page.section import paragraph as paragraph
     from modalprep.report.body_page.table import Table as Table
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "page": "write_page",
     "body_page.inputs": "Inputs",
-    "body_page.section": "Section Verdict chart paragraph",
+    "body_page.section": "Section chart paragraph",
     "body_page.table": "Table",
     "pictures.render": "render_mode render_mesh",
     "pictures.sheet": "contact_sheet",

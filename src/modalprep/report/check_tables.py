@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.terminal import plain_table, print_table, print_text
+from modalprep.report.terminal import plain_table, print_table, print_text, print_verdict
+from modalprep.verdicts.notes import kind_of
 
 
 def quality_table(quality, console: Console) -> None:
@@ -68,7 +69,7 @@ def survey_table(title: str, rows: Iterable[tuple[str, str, str, bool]], console
 
 
 def check_table(report, console: Console) -> None:
-    """Print one row per physics check, the notes, and how many failed.
+    """Print one row per physics check, the notes, and the verdict.
 
     Parameters
     ----------
@@ -84,39 +85,23 @@ def check_table(report, console: Console) -> None:
     >>> check_table(report, Console(width=120, color_system=None))  # doctest: +ELLIPSIS
     Checks of beam.h5: relative errors
     ...
-    All ... checks passed.
+    PASS: ...
     """
     rich = plain_table()
-    rich.add_column("       check", no_wrap=True)
+    rich.add_column("        check", no_wrap=True)
     for name in ("value", "limit"):
         rich.add_column(name, justify="right", no_wrap=True)
     rich.add_column("meaning", overflow="fold", ratio=1)
     for check in report.checks:
-        mark = Text("ok", "green") if check.within else Text("note") if check.passed else Text("FAILED", "bold red")
-        mark.pad_right(len("FAILED ") - len(mark))
+        mark = Text("ok", "green") if check.within else Text("warning") if check.passed else Text("FAILED", "bold red")
+        mark.pad_right(max(1, len("warning ") - len(mark)))
         rich.add_row(mark + Text(check.name), f"{check.value:.1e}", f"{check.limit:.0e}", Text(check.meaning))
     console.print(Text.assemble(("Checks of ", "bold"), (report.subject, "bold"), (": relative errors", "dim")))
     print_table(rich, console)
     for note in report.notes:
-        print_text(Text(note), console)
-    console.print(Text(check_counts(report)))
-
-
-def check_counts(report) -> str:
-    """Return how many checks failed or passed; those beyond their limit that are not required count apart.
-
-    Examples
-    --------
-    >>> from modalprep.body.checks import Check, CheckReport
-    >>> good, rebuilt = Check("mass", 1e-12, 1e-9, ""), Check("rebuilt terms", 0.2, 0.01, "", required=False)
-    >>> check_counts(CheckReport(subject="beam.h5", checks=(good, good, rebuilt)))
-    'All 2 checks passed; 1 is a note: rebuilt terms.'
-    """
-    notes = [check.name for check in report.checks if check.passed and not check.within]
-    failed, count = len(report.failed), len(report.checks) - len(notes)
-    said = f"{failed} of {count} checks failed" if failed else f"All {count} checks passed"
-    apart = f"; {len(notes)} {'is a note' if len(notes) == 1 else 'are notes'}: {', '.join(notes)}" if notes else ""
-    return f"{said}{apart}."
+        if kind_of(note) == "notes":
+            print_text(Text(note), console)
+    print_verdict(report.verdict, console)
 
 
 def _quality_cells(row) -> list[str]:

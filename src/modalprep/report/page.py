@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +15,13 @@ from modalprep.report.body_page import parts
 from modalprep.report.body_page.frame import page_text
 from modalprep.report.body_page.inputs import Inputs, energy_section, inputs_section
 from modalprep.report.body_page.mass import mass_section
-from modalprep.report.body_page.section import Section, Verdict
-from modalprep.report.body_page.verdicts import of_checks, of_envelopes, of_errors
+from modalprep.report.body_page.requirements import body_verdict
+from modalprep.report.body_page.section import Section
+from modalprep.report.explain.body import explain_body
 from modalprep.report.mac import mac_chart
 from modalprep.report.numbers import number
 from modalprep.report.scene import drawable
+from modalprep.verdicts.verdict import Requirement, Verdict
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
@@ -41,10 +44,11 @@ def write_page(
     envelopes: Sequence[Envelope] = (),
     sections: Sequence[Section] = (),
     inputs: Inputs | None = None,
-    verdicts: Sequence[Verdict] = (),
+    requirements: Sequence[Requirement] = (),
+    verdict: Verdict | None = None,
     error_limits: Mapping[str, float] | None = None,
 ) -> Path:
-    """Write the page: a box of PASS or FAIL, contents, inputs, modes, MAC, recoveries, errors, checks, provenance.
+    """Write the page: a box with the verdict, contents, inputs, modes, MAC, recoveries, errors, checks, provenance.
 
     The page is one file; it loads no script, style or picture from elsewhere.
 
@@ -54,7 +58,7 @@ def write_page(
         Of the body's own modes, counted from 1.
     plots : sequence of (title, picture file)
     notes : sequence of str
-        Messages for the user, sorted into notes, approximations and warnings.
+        Messages for the user; warnings stand in the box.
     errors : {label: (x, y)}, optional
         Curves of a section on errors; without, there is no such section.
     error_axes : (str, str)
@@ -69,8 +73,10 @@ def write_page(
         Further sections, such as responses, before the checks.
     inputs : Inputs, optional
         What the body was made of.
-    verdicts : sequence of Verdict
-        Further requirements for the box at the top, such as the audit of a run.
+    requirements : sequence of Requirement
+        Further ones for the box at the top, such as the audit of a run.
+    verdict : Verdict, optional
+        Of the whole, for the box; by default that of the checks, notes, extremes, errors, sections and requirements.
     error_limits : {label: float}, optional
         Of `errors`; others are not checked.
 
@@ -93,9 +99,19 @@ def write_page(
     True
     """
     drawn, inputs, chart = drawable(body), inputs or Inputs(), mac_chart(body, nodal_mass)
+    verdict = verdict or body_verdict(
+        checks=checks,
+        notes=notes,
+        envelopes=envelopes,
+        errors=errors,
+        error_limits=error_limits,
+        requirements=[*requirements, *_of_sections(sections)],
+    )
     found = [
+        parts.in_short(explain_body(body)),
         parts.overview(body, notes, mesh_picture),
         mass_section(body),
+        *parts.requirements(verdict),
         inputs_section(inputs),
         *parts.modes(body, drawn, pictures or {}),
         parts.selection(body.modes, mass_plot),
@@ -108,15 +124,8 @@ def write_page(
         *parts.checks(checks),
         *parts.provenance({"Files (SHA-256)": inputs.files, "Program": inputs.made, "Body": body.provenance}),
     ]
-    said = [
-        *of_checks(checks),
-        *of_envelopes(envelopes),
-        *of_errors(errors, error_limits or {}),
-        *verdicts,
-    ]
-    text = page_text(
-        body.name, "modal body", _lead(body), found, said, {"scene": drawn[0], "mac-values": chart and _values(chart)}
-    )
+    data = {"scene": drawn[0], "mac-values": chart and _values(chart)}
+    text = page_text(body.name, "modal body", _lead(body), found, verdict, data)
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
@@ -126,6 +135,11 @@ def _lead(body: FlexibleBody) -> str:
     table = body.modes
     kept = f"Of {len(table.kept)} candidate vectors of the reduction {table.kept.sum()} were kept."
     return f"Modal body with {body.n} modes, {number(body.m, 6)} kg. {kept}"
+
+
+def _of_sections(sections: Sequence[Section]) -> list[Requirement]:
+    """Return the requirements of the sections, with links to them."""
+    return [replace(r, anchor=r.anchor or section.anchor) for section in sections for r in section.requirements]
 
 
 def _values(chart: dict[str, Any]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "folder": str(outcome.folder),
         "files": [str(f) for f in reporter.files],
         "frequency_Hz": built.body.frequency.tolist() if built else [],
+        "mode_names": list(built.body.mode_names) if built else [],
         "mass_kg": built.body.m if built else None,
         "checks": [check.row() for check in built.checks] if built else [],
         "sensitivities": plain(outcome.sensitivities.rows()) if outcome.sensitivities else [],
@@ -28,8 +29,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "responses": {found.name: response(found.response, found.cut) for found in outcome.responses},
         **(strength(outcome.strength) if outcome.strength else {}),
         "notes": outcome.notes,
-        "failures": list(outcome.failures),
-        "exceeded": list(outcome.exceeded),
+        "verdict": outcome.verdict.summary(),
     }
 
 
@@ -47,8 +47,7 @@ def simulation(outcome: Any, reporter: Any) -> dict[str, Any]:
     found = {"ensemble": ensemble(simulated.ensemble)} if simulated.ensemble is not None else {}
     found |= {"envelopes": envelopes(simulated)} if simulated.envelopes else {}
     found |= strength(extra) | {"notes": extra.notes} if extra else {}
-    failed = {"failures": list(simulated.failures), "exceeded": list(outcome.exceeded)}
-    return {"runs": runs(simulated), **found, "files": files, **failed}
+    return {"runs": runs(simulated), **found, "files": files, "verdict": outcome.verdict.summary()}
 
 
 def envelopes(simulated: Any) -> list[dict[str, Any]]:

@@ -11,6 +11,9 @@ from rich.padding import Padding
 from rich.table import Column, Table
 from rich.text import Text
 
+from modalprep.verdicts.verdict import FAIL, PASS, WARNED, Verdict
+
+VERDICT_STYLE = {PASS: "bold green", WARNED: "bold dark_orange", FAIL: "bold red"}
 GAP = 2  # spaces between columns
 INSET = 2  # of the further lines of a row that does not fit
 SHORT = 30  # letters of a cell that shares its line with others
@@ -110,6 +113,21 @@ def print_text(text: str | Text, console: Console) -> None:
     a sentence that goes on
     """
     console.print(Text.assemble(text), soft_wrap=not console.is_terminal, overflow="ignore", crop=False)
+
+
+def print_verdict(verdict: Verdict, console: Console) -> None:
+    """Print a verdict: the word with its counts, then a line for each reason.
+
+    Examples
+    --------
+    >>> print_verdict(Verdict((), ("its size is implausible",)), Console(width=80, color_system=None))
+    PASS WITH WARNINGS: 0 requirements met, 0 not met, 0 not checked, 1 warning
+      warning: its size is implausible
+    """
+    first, *reasons = verdict.lines
+    print_text(Text(first, VERDICT_STYLE.get(verdict.word, "")), console)
+    for reason in reasons:
+        print_text(reason, console)
 
 
 def clock(seconds: float) -> str:

@@ -12,6 +12,7 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.response.sn_curve import SNCurve
 from modalprep.suggest import suggestion
+from modalprep.verdicts.notes import told
 
 METHODS = ("dirlik", "narrow_band")
 NARROW = 1e-4  # 1 - irregularity below which Dirlik's formula divides small differences
@@ -69,6 +70,7 @@ class Fatigue(Record):
         return self.duration / self.damage if self.damage else np.inf
 
 
+@told
 def rainflow_damage(time: np.ndarray, stress: np.ndarray, curve: SNCurve) -> Fatigue:
     """Return the damage of a history by rainflow counting and Miner's sum.
 
@@ -117,6 +119,7 @@ def rainflow_damage(time: np.ndarray, stress: np.ndarray, curve: SNCurve) -> Fat
     )  # fmt: skip
 
 
+@told
 def random_damage(
     frequency: np.ndarray, psd: np.ndarray, curve: SNCurve, *, duration: float, method: str = "dirlik"
 ) -> Fatigue:

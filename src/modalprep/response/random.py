@@ -15,10 +15,12 @@ from modalprep.response.inputs import Spectrum, as_spectra, uncovered
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
 from modalprep.response.validity import large_deflection, limits_of_validity, missing_modes
+from modalprep.verdicts.notes import told
 
 NEGATIVE = 1e-9  # eigenvalue of a correlation matrix below which it is none
 
 
+@told
 def random_response(
     body: FlexibleBody,
     inputs: Mapping[str, float | Spectrum],

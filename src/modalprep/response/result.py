@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.response.channels import MOST, Block, channel_name
 from modalprep.suggest import suggestion
+from modalprep.verdicts.notes import with_warnings
 
 PARTS = ("force", "moment", "acceleration", "angular_acceleration", "displacement", "rotation")  # of interfaces
 FULL = 200_000_000  # numbers of all curves in memory
@@ -193,7 +194,8 @@ class Response(Record):
     def __repr__(self) -> str:
         """Kind, number of channels and range."""
         unit = "s" if self.kind == "transient" else "Hz"
-        return f"Response({self.kind}, {len(self.peaks)} channels, {self.axis[0]:.4g}..{self.axis[-1]:.4g} {unit})"
+        span = f"{self.axis[0]:.4g}..{self.axis[-1]:.4g} {unit}"
+        return with_warnings(f"Response({self.kind}, {len(self.peaks)} channels, {span})", self.notes)
 
 
 def is_chosen(name: str, chosen: tuple[str, ...]) -> bool:

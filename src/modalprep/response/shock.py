@@ -11,6 +11,7 @@ from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.records import Record
 from modalprep.suggest import suggestion
+from modalprep.verdicts.notes import told
 
 KINDS = {  # of the oscillator's response, by pyYeti's names
     "absolute_acceleration": "absacce",
@@ -65,6 +66,7 @@ class ShockSpectrum(Record):
         return np.maximum(np.abs(self.positive), np.abs(self.negative))
 
 
+@told
 def shock_spectrum(
     time: np.ndarray,
     acceleration: np.ndarray,

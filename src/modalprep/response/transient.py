@@ -14,6 +14,7 @@ from modalprep.response.integrate import Integrator
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Peak, Response, is_chosen
 from modalprep.response.validity import highest_mode, large_deflection, limits_of_validity
+from modalprep.verdicts.notes import told
 
 PER_PERIOD = 20  # samples in a period of the highest kept mode, unless a step is given
 MANY, LONGEST = 100_000, 5_000_000  # samples: unless a step is given, and at most
@@ -25,6 +26,7 @@ SAYS = (
 )
 
 
+@told
 def transient_response(
     body: FlexibleBody,
     inputs: Mapping[str, History],

@@ -41,7 +41,7 @@ def test_sums_of_all_modes_are_the_totals_and_the_residual_is_the_rest():
     assert np.all(residual >= -1e-9 * whole)
     assert 0 < residual[0] / body.m < 1 / 8 + 1e-9  # at most half an element at the clamp
     np.testing.assert_allclose(np.array([row[2:] for row in factors.rows]) ** 2, [row[2:] for row in masses.rows])
-    np.testing.assert_allclose(np.array(shares.total[4:]) / 100 * whole, masses.total[2:])
+    np.testing.assert_allclose(np.array(shares.total[5:]) / 100 * whole, masses.total[2:])
 
 
 def test_floating_frequencies_are_those_of_the_free_beam(beam):

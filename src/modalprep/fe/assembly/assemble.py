@@ -33,8 +33,10 @@ from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass, impossible_masses
 from modalprep.fe.properties.properties import Property
 from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.verdicts.notes import told
 
 
+@told
 @explained
 def assemble(
     mesh: Mesh,
@@ -200,6 +202,7 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=(*notes, *constraints.notes),
+        scale=mesh.scale,
     )
 
 

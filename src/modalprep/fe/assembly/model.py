@@ -19,6 +19,7 @@ from modalprep.fe.elements.mass import RigidInertia
 from modalprep.fe.links.interface import InterfaceFrame
 from modalprep.records import Record
 from modalprep.vectors import skew
+from modalprep.verdicts.notes import with_warnings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,6 +70,8 @@ class FEModel(Record):
         Name and hash of the mesh.
     notes : tuple of str
         Messages for the user: cells left out, hidden hinges.
+    scale : float
+        The length unit of the mesh file, m.
 
     References
     ----------
@@ -102,6 +105,7 @@ class FEModel(Record):
     elements: Elements | None = None
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    scale: float = 1.0
 
     def plot(self) -> Any:
         """Show the model and its interfaces in a window, or in a notebook.
@@ -149,9 +153,10 @@ class FEModel(Record):
         return rigid_motions(np.concatenate([self.points, np.reshape(frames, (-1, 3))]), self.dof, self.n_dof)
 
     def __repr__(self) -> str:
-        """Size, mass and interfaces."""
+        """Size, mass and interfaces, and the warnings."""
         names = ", ".join(f.name for f in self.interfaces)
-        return f"FEModel({len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg; interfaces {names})"
+        size = f"{len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg"
+        return with_warnings(f"FEModel({size}; interfaces {names})", self.notes)
 
 
 def rigid_motions(nodes: np.ndarray, dof: np.ndarray, n: int) -> np.ndarray:

@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
+from modalprep.verdicts.notes import with_warnings
 
 FAR = 1e30  # m, beyond the universe: powers of it are still numbers
 
@@ -262,6 +263,7 @@ class Mesh(Record):
         return draw("mesh_view", self)
 
     def __repr__(self) -> str:
-        """Counts and group names."""
+        """Counts and group names, and the warnings."""
         counts = ", ".join(f"{len(c)} {kind}" for kind, c in self.cells.items())
-        return f"Mesh({len(self.points)} points, {counts}; groups {', '.join(self.groups)})"
+        text = f"Mesh({len(self.points)} points, {counts}; groups {', '.join(self.groups)})"
+        return with_warnings(text, self.notes)

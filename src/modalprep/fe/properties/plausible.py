@@ -14,6 +14,7 @@ GEL = ((1e4, 3e4), (900.0, 1200.0))  # Pa and kg/m^3 of gels, which are mostly w
 DENSITY = (25.0, 2.3e4)  # kg/m^3, to osmium, which has 22.6 in g/cm^3
 CORE = (1e7, 5.0)  # Pa: below it also light foams and honeycombs of this density exist
 MASSLESS = 1e-6  # kg/m^3: given on purpose, also by readers for materials without density
+TONNES = 1e12  # kg/m^3 of t/mm^3, the unit beside mm, N and MPa
 THIN, THICK = 1e-6, 0.2  # thickness of shells over the size of the mesh: from a film to a block
 WIDE = 0.5  # side of a square with the area of a section, over the size of the mesh
 # mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
@@ -26,7 +27,7 @@ COMMON = (0.01, 20.0)  # m, sizes by which another unit of length is suggested
 LENGTHS = {"mm": 1e-3, "m": 1.0, "in": 0.0254}
 OTHERS = {  # units in which a value may have been meant, with their factor to SI
     "modulus": (("GPa", 1e9), ("MPa", 1e6)),
-    "density": (("g/cm^3", 1e3), ("kg/mm^3", 1e9)),
+    "density": (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", TONNES)),
     "thickness": (("mm", 1e-3),),
     "area": (("mm^2", 1e-6),),
     "angle": (("deg", math.pi / 180),),
@@ -92,10 +93,15 @@ def _materials(section: Property) -> Values:
     for material in (getattr(section, "material", None), *(ply.material for ply in plies)):
         if isinstance(material, (Material, Orthotropic)):
             modulus = material.E if isinstance(material, Material) else max(material.E1, material.E2)
-            least = 0.0 if material.rho <= MASSLESS else CORE[1] if modulus < CORE[0] else DENSITY[0]
+            least = 0.0 if _massless(material.rho) else CORE[1] if modulus < CORE[0] else DENSITY[0]
             if not (GEL[0][0] <= modulus <= GEL[0][1] and GEL[1][0] <= material.rho <= GEL[1][1]):
                 yield "modulus", modulus, MODULUS, "Pa"
             yield "density", material.rho, (least, DENSITY[1]), "kg/m^3"
+
+
+def _massless(rho: float) -> bool:
+    """Whether a density is that of a part without mass, and not one in t/mm^3."""
+    return rho <= MASSLESS and not DENSITY[0] <= rho * TONNES <= DENSITY[1]
 
 
 def _sizes(section: Property, size: float) -> Values:

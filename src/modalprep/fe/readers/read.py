@@ -25,6 +25,7 @@ from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.universal import read_universal
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
 from modalprep.suggest import refuse_missing, suggestion
+from modalprep.verdicts.notes import told
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 POUND = 0.45359237
@@ -38,6 +39,7 @@ DECKS = {".inp": read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkey
 UNIVERSAL, MED = {".unv", ".uff"}, ".med"
 
 
+@told
 def read_mesh(
     path: str | Path,
     length_unit: str = "m",

@@ -13,9 +13,11 @@ from numpy.linalg import LinAlgError
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.frames import reroot
+from modalprep.body.quality.units import implausible_units
 from modalprep.errors import InputError
-from modalprep.formats.bodies.described import NOTES, in_si_units
+from modalprep.formats.bodies.described import NOTES, in_si_units, notes_of
 from modalprep.formats.modalfile import refuse_impossible
+from modalprep.verdicts.notes import told
 
 FAULTS = (ArithmeticError, LookupError, ValueError, TypeError, OSError, RecursionError, LinAlgError, MemoryError)
 
@@ -71,6 +73,7 @@ NO_BODY = {
 }
 
 
+@told
 def import_body(
     path: str | Path,
     *,
@@ -117,8 +120,8 @@ def import_body(
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.formats.mbdyn import write_mbdyn
     >>> body = import_body(write_mbdyn(uniform_beam(modes=2), Path(tempfile.mkdtemp()) / "beam.fem"))
-    >>> body, body.interface_name
-    (FlexibleBody('beam', m=12 kg, 2 modes, 0.6044..1.209 Hz), ('root', 'tip'))
+    >>> round(body.m, 9), body.interface_name, body.notes[0]
+    (12.0, ('root', 'tip'), 'the file does not hold mesh and shapes between the nodes: pictures show the nodes alone')
     """
     path = Path(path)
     chosen = known_format(path)
@@ -137,7 +140,9 @@ def import_body(
             body = body if own else in_si_units(body, length, mass)
             refuse_impossible(body, vouched=True)
         body = _with_source(body, path, "SI" if length == mass == 1.0 else f"{length_unit}, {mass_unit} and s")
-        return body if root is None else reroot(body, root)
+        body = body if root is None else reroot(body, root)
+        lost = (f"the file does not hold {note}" for note in notes_of(body))
+        return body.with_(notes=(*lost, *implausible_units(body, length)))
     except InputError as error:
         said = str(error)
         raise InputError(said if str(path) in said else f"{chosen.name} file {path}: {said}") from None

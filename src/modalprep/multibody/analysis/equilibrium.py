@@ -18,6 +18,7 @@ from modalprep.multibody.results.validity import large_deflections
 from modalprep.multibody.simulate import channels_at
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
+from modalprep.verdicts.notes import told
 
 LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
 CONVERGED = 1e-12  # step
@@ -89,6 +90,7 @@ class Equilibrium(Record):
         return channels_at(self.system, self.y, self.t)
 
 
+@told
 def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
     """Return the static equilibrium of a system under its loads at time t, with zero speeds and accelerations.
 

@@ -24,6 +24,7 @@ from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.validity import large_deflections
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.verdicts.notes import told
 
 MAX_STEPS = 30  # Newton steps of a quasi-static solution
 CONVERGED = 1e-11  # Newton step, in scales of the coordinates
@@ -92,6 +93,7 @@ def _tree(system: System, t: float) -> Evaluator:
     return Evaluator(system, t)
 
 
+@told
 def inverse_dynamics(
     system: System,
     motion: Mapping[str, Any],

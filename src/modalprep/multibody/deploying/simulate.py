@@ -27,11 +27,13 @@ from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.simulate import check_span, check_steps
+from modalprep.verdicts.notes import told
 
 ALIGNED = 0.1  # of a rod: retraction within which the guide aligns the next rod of a beam
 RATE_JUMP, STOP = "kink", "stop"
 
 
+@told
 def simulate_deployment(
     system: DeployingSystem,
     *,

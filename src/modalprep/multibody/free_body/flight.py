@@ -16,8 +16,10 @@ from modalprep.multibody.results.observation import STILL
 from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.validity import large_deflections
+from modalprep.verdicts.notes import told
 
 
+@told
 def simulate_free_system(
     system: System, *, t_end: float, output_step: float = 0.01, rtol: float = 1e-7, variables: str = "momentum"
 ) -> Result:

@@ -16,6 +16,7 @@ from modalprep.labelled import labelled
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, suggestion
+from modalprep.verdicts.notes import with_warnings
 
 if TYPE_CHECKING:
     import pandas
@@ -98,7 +99,7 @@ class Result(Record):
     def __repr__(self) -> str:
         """Status, span of time and number of channels."""
         span = f"{self.time[0]:.4g}..{self.time[-1]:.4g} s in {len(self.time)} times" if len(self.time) else "no times"
-        return f"Result({self.status}, {span}, {len(self.channels)} channels)"
+        return with_warnings(f"Result({self.status}, {span}, {len(self.channels)} channels)", self.notes)
 
     def _repr_html_(self) -> str:
         """Return the channels with their smallest, largest and last values as an HTML table."""

@@ -9,6 +9,8 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import deflected_points
 from modalprep.multibody.results.result import Result
+from modalprep.verdicts.notes import warnings_of
+from modalprep.verdicts.verdict import FAILED, PASSED, UNCHECKED, Requirement
 
 BEYOND = 0.1  # of the body's size: displacements linear in the modes, and their second order, hold to about that
 TURNED = 0.3  # rad, within a body: what is there moves 1.7 % too far, as the sine of the angle is its angle
@@ -19,6 +21,28 @@ TOLD = 3  # times rtol: a balance that is worse is told, as then the motion may 
 WORST = 0.1  # whatever rtol
 ROUND_OFF = 1e-9  # of the energies themselves
 STILL = 1e-6  # m/s: the energy of this speed counts as none
+UNAUDITED = "is not audited"
+END, BALANCE = "end of the run", "energy balance"
+FREE, BEGINS = "momenta of what nothing holds", "the time it begins"
+LOWER = "do not trust the histories; lower rtol"
+DISTRUST = f"{LOWER}, and look at "
+
+
+def body_warnings(bodies: Mapping[str, FlexibleBody]) -> tuple[str, ...]:
+    """Return the warnings of the bodies of a system, each with the first body that has it.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> light = uniform_beam(modes=1).with_(notes=("its mass is implausible",))
+    >>> body_warnings({"left": light, "right": light})
+    ("body 'left': its mass is implausible",)
+    """
+    first: dict[str, str] = {}
+    for name, body in bodies.items():
+        for note in warnings_of(body.notes):
+            first.setdefault(note, f"body {name!r}: {note}")
+    return tuple(first.values())
 
 
 def large_deflections(
@@ -91,8 +115,8 @@ def _turned(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> s
     )
 
 
-def failures(run: Result, rtol: float, mass: float) -> tuple[str, ...]:
-    """Return the sentences that make a run fail: it diverged, its energy does not balance, its momenta do not stay.
+def audits(run: Result, rtol: float, mass: float) -> list[Requirement]:
+    """Return what every run is required to do: reach its end, balance its energy, keep the momenta of what is free.
 
     Parameters
     ----------
@@ -105,29 +129,47 @@ def failures(run: Result, rtol: float, mass: float) -> tuple[str, ...]:
     --------
     >>> run = Result(time=np.arange(2.0), channels={"energy.kinetic": np.ones(2), "energy.error": np.array([0.0, 0.5])},
     ...              status="done", message="", stats={"energy_error": 0.5})
+    >>> [(audit.name, audit.result) for audit in audits(run, 1e-5, 1.0)]
+    [('end of the run', 'passed'), ('energy balance', 'FAILED')]
+    """
+    if run.status == "diverged":
+        return [Requirement(name=END, result=FAILED, says=f"the run did not reach its end: {run.message}")]
+    found = [Requirement(name=END, result=PASSED, says=f"t = {run.time[-1]:.6g} s" if len(run.time) else "")]
+    found += [Requirement(name="momenta", result=UNCHECKED, says=note) for note in run.notes if UNAUDITED in note]
+    energy, kept, lost = (run.stats.get(name) for name in ("energy_error", "momentum_error", "momentum_restored"))
+    if energy is not None and not _counts(run, mass):
+        found.append(Requirement(name=BALANCE, result=PASSED, says="the energies differ by round-off only"))
+    elif energy is not None:
+        wrong = f"the energy balances to {energy:.0e} only, which is {{}}: {DISTRUST}'energy.error' for {BEGINS}"
+        found.append(_audit(BALANCE, energy, AUDIT, rtol, wrong))
+    if kept is not None:
+        wrong = f"the {FREE} stay to {kept:.0e} only, which is {{}}: {DISTRUST}'momentum.error' for {BEGINS}"
+        found.append(_audit("momenta", kept, MOMENTUM, rtol, wrong))
+    if lost is not None:
+        wrong = f"the steps lost {lost:.0e} of the {FREE}, which is {{}}: they were given back, but {LOWER}"
+        found.append(_audit("momenta given back", lost, AUDIT, rtol, wrong))
+    return found
+
+
+def _audit(name: str, error: float, times: float, rtol: float, wrong: str) -> Requirement:
+    """Return the requirement that an error stays below a number of times rtol; `wrong` says what to do."""
+    limit = _limit(times, rtol)
+    if error > limit:
+        return Requirement(name=name, result=FAILED, says=wrong.format(_worse(times, rtol)))
+    return Requirement(name=name, result=PASSED, says=f"{error:.1e} of the largest part, limit {limit:.0e}")
+
+
+def failures(run: Result, rtol: float, mass: float) -> tuple[str, ...]:
+    """Return the sentences that make a run fail; arguments as `audits`.
+
+    Examples
+    --------
+    >>> run = Result(time=np.arange(2.0), channels={"energy.kinetic": np.ones(2), "energy.error": np.array([0.0, 0.5])},
+    ...              status="done", message="", stats={"energy_error": 0.5})
     >>> failures(run, 1e-5, 1.0)[0][:55]
     'the energy balances to 5e-01 only, which is worse than '
     """
-    if run.status == "diverged":
-        return (f"the run did not reach its end: {run.message}",)
-    found, limit = [], _limit(AUDIT, rtol)
-    if run.stats.get("energy_error", 0.0) > limit and _counts(run, mass):
-        found.append(
-            f"the energy balances to {run.stats['energy_error']:.0e} only, which is {_worse(AUDIT, rtol)}: do not "
-            "trust the histories; lower rtol, and look at 'energy.error' for the time it begins"
-        )
-    if run.stats.get("momentum_error", 0.0) > _limit(MOMENTUM, rtol):
-        found.append(
-            f"the momenta of what nothing holds stay to {run.stats['momentum_error']:.0e} only, which is "
-            f"{_worse(MOMENTUM, rtol)}: do not trust the histories; lower rtol, and look at 'momentum.error' for the "
-            "time it begins"
-        )
-    if run.stats.get("momentum_restored", 0.0) > limit:
-        found.append(
-            f"the steps lost {run.stats['momentum_restored']:.0e} of the momenta of what nothing holds, which is "
-            f"{_worse(AUDIT, rtol)}: they were given back, but do not trust the histories; lower rtol"
-        )
-    return tuple(found)
+    return tuple(audit.says for audit in audits(run, rtol, mass) if audit.result == FAILED)
 
 
 def _limit(times: float, rtol: float) -> float:

@@ -13,7 +13,8 @@ from rich.text import Text
 
 from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.console import Reporter
-from modalprep.report.terminal import clock, plain_table, print_table, print_text
+from modalprep.report.terminal import VERDICT_STYLE, clock, plain_table, print_table, print_text
+from modalprep.verdicts.verdict import read_verdict
 
 STYLE = {DONE: "green", "failed": "bold red"}
 SHOWN = 3  # jobs named beside the bar
@@ -85,7 +86,7 @@ class Progress:
 
 
 def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print a row per job: grid values, status, time, time saved by the cache; then a line per failure or bad margin.
+    """Print a row per job: grid values, status, verdict, time, time saved; then a line per failure or reason.
 
     Examples
     --------
@@ -96,7 +97,7 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     """
     keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
     table = plain_table()
-    for head in ("job", *keys, "state", "time", "saved"):
+    for head in ("job", *keys, "state", "verdict", "time", "saved"):
         table.add_column(Text(head), overflow="fold", justify="right" if head in ("time", "saved") else "left")
     for row in rows:
         table.add_row(*map(Text, [row["job"], *(row["values"].get(key, "") for key in keys)]), *_ending(row))
@@ -106,12 +107,15 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
         if row["cause"]:
             cause = row["cause"].removeprefix(row["pipeline"]).lstrip(":, ")
             print_text(f"{row['job']} failed: {cause}", console)
-        for sentence in row.get("exceeded", ()):
-            print_text(f"{row['job']}: {sentence}", console)
+        elif row.get("verdict"):
+            for reason in read_verdict(row["verdict"]).reasons:
+                print_text(f"{row['job']}: {reason}", console)
 
 
 def _ending(row: dict[str, Any]) -> list[Text]:
     state = row["status"] if row["ran"] else f"{row['status']} before"
     taken = f"{row['seconds']:.1f} s" if "seconds" in row else ""
     saved = f"{row['cache']['saved_seconds']:.1f} s" if row.get("cache") else ""
-    return [Text(state, STYLE.get(row["status"], "")), Text(taken), Text(saved)]
+    word = row["verdict"]["word"] if row.get("verdict") else ""
+    styles = STYLE.get(row["status"], ""), VERDICT_STYLE.get(word, "")
+    return [Text(state, styles[0]), Text(word, styles[1]), Text(taken), Text(saved)]

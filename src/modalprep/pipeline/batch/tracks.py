@@ -65,7 +65,7 @@ def follow(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, 
     name, folder = jobs[0].cell.file.stem, jobs[0].folder.parent
     study, missing = _study(name, jobs, boundary)
     for text in missing:
-        reporter.say(f"  note: {text}")
+        reporter.note(text)
     track_table(study, reporter.console)
     rows = study.rows()
     table = [[_written(value) for value in row.values()] for row in rows]

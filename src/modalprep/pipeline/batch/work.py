@@ -19,6 +19,8 @@ from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.run import run_pipeline
+from modalprep.verdicts.notes import silent
+from modalprep.verdicts.verdict import FAILED
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 ONE_AT_A_TIME = threading.Lock()  # drawing and standard output belong to the process, which may have several threads
@@ -40,7 +42,7 @@ def work(job: Job, setting: Setting) -> Record:
     if before is not None:
         return before
     cache = Cache(setting.cache, setting.limit) if setting.cache else None
-    with ONE_AT_A_TIME:
+    with ONE_AT_A_TIME, silent():
         start, began = time.perf_counter(), datetime.now(UTC)
         record = _attempt(job, cache)
     record |= {
@@ -74,8 +76,9 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         outcome = run_pipeline(job.file, job.output, reporter, cache)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
-        record["exceeded"] = list(outcome.exceeded)
-        return record | failure(job, "; ".join(outcome.failures)) if outcome.failures else record
+        record["verdict"] = outcome.verdict.summary()
+        failed = [audit.says for audit in outcome.audits if audit.result == FAILED]
+        return record | failure(job, "; ".join(failed)) if failed else record
     except ModalprepError as error:
         print(_message(error))
         return failure(job, _message(error), error)

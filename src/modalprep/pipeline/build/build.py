@@ -24,6 +24,7 @@ from modalprep.pipeline.schema.changing import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.vectors import inertia_tensor
+from modalprep.verdicts.notes import warnings_of
 
 
 def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
@@ -84,9 +85,8 @@ def current_body(path: Path, output: Path | None, reporter: Reporter) -> Flexibl
     except InputError:
         pass
     built = build_body(path, folder, reporter)
-    for note in built.notes:
-        if "is implausible" in note:  # the others are in the report of the body's own run
-            reporter.say(f"  note: {note}")
+    for note in warnings_of(built.notes):
+        reporter.note(note)
     return built.body
 
 

@@ -36,15 +36,19 @@ NO_TABLES = Tables()
 
 @dataclass(frozen=True)
 class Built:
-    """A modal body with its file, checks, notes for the user, and what was measured and tabled where it was."""
+    """A modal body with its file, checks, and what was measured and tabled where it was."""
 
     body: FlexibleBody
     file: Path
     checks: list[Check]
-    notes: tuple[str, ...]
     error: ReductionError | None = None
     tables: Tables = NO_TABLES
     convergence: Convergence | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of the body."""
+        return self.body.notes
 
     @property
     def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -67,9 +71,9 @@ def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
 
 
 def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
-    """Store a body with its computing time: modal file, checks, notes and error."""
+    """Store a body with its computing time: modal file, checks and error."""
     tables = [[asdict(table) for table in part] for part in built.tables]
-    said = json.dumps({"checks": [asdict(check) for check in built.checks], "notes": built.notes, "tables": tables})
+    said = json.dumps({"checks": [asdict(check) for check in built.checks], "tables": tables})
     arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "said": np.array(said)}
     for kind, record in (("error", built.error), ("convergence", built.convergence)):
         if record is not None:
@@ -96,7 +100,7 @@ def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) 
     said = json.loads(str(found["said"]))
     tables = Tables(*([Table(**table) for table in part] for part in said["tables"]))
     measured = _record(ReductionError, "error", found), tables, _record(Convergence, "convergence", found)
-    return Built(body, file, [Check(**check) for check in said["checks"]], tuple(said["notes"]), *measured)
+    return Built(body, file, [Check(**check) for check in said["checks"]], *measured)
 
 
 def _record(of: type, kind: str, found: dict[str, np.ndarray]) -> Any:

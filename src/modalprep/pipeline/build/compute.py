@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from modalprep.body.build import flexible_body
 from modalprep.body.checks import check_body, check_model
-from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.second_order import SECOND_ORDER
+from modalprep.body.quality.missing_mass import missing_mass
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
 from modalprep.extras import missing
-from modalprep.fe.properties.plausible import implausible_body
-from modalprep.fe.readers.read import LENGTH_UNITS
-from modalprep.formats.bodies.described import notes_of
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.built import Built, Tables
 from modalprep.pipeline.build.cache import Cache
@@ -80,17 +74,11 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
-    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    notes = (
-        *model.notes,
-        *reduction.notes,
-        *said,
-        *implausible_ratios(damping),
-        *_unit_warnings(body, mesh.scale),
-        *_slower(model.K.shape[0]),
-    )
+    for text in _slower(model.K.shape[0]):
+        reporter.note(text)
+    body = body.with_(notes=(*body.notes, *missing_mass(body), *implausible_ratios(damping)))
     followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, asked_loads(pipeline, body, path))
-    return Built(body, file, checks, notes, error, tables, followed)
+    return Built(body, file, checks, error, tables, followed)
 
 
 def _slower(unknowns: int) -> list[str]:
@@ -109,19 +97,5 @@ def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, ca
         if table.damping is not None:
             body = body.with_(D=modal_damping(body, damping))
         done(1)
-    lost = (f"the file does not hold {note}" for note in notes_of(body))
-    return Built(
-        body,
-        file,
-        check_body(body),
-        (*lost, *implausible_ratios(damping), *_unit_warnings(body, LENGTH_UNITS[table.length_unit])),
-    )
-
-
-def _unit_warnings(body: FlexibleBody, scale: float) -> list[str]:
-    """Return warnings of values that suggest a wrong unit."""
-    elastic = body.frequency[body.frequency > 0]
-    size = float(np.ptp(np.concatenate([body.points, body.interface_position]), axis=0).max())
-    if not size:
-        return []
-    return implausible_body(size, body.m, float(elastic[0]) if len(elastic) else None, scale)
+    body = body.with_(notes=(*body.notes, *implausible_ratios(damping)))
+    return Built(body, file, check_body(body))

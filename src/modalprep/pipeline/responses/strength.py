@@ -70,7 +70,7 @@ def strength(
                 with naming(path), naming(f"[{kind}.{name}]"):
                     work(found, name, table, source, target, reporter)
     for note in found.notes:
-        reporter.say(f"  note: {note}")
+        reporter.note(note)
     return found
 
 

@@ -27,6 +27,7 @@ from modalprep.pipeline.schema.force_elements import NOUNS, ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
+from modalprep.pipeline.schema.require import RequireTable
 from modalprep.pipeline.schema.responses.response import Response
 from modalprep.pipeline.schema.responses.strength import FatigueTable, ShockTable
 from modalprep.pipeline.schema.system import (
@@ -65,7 +66,17 @@ NAMED = {  # tables whose keys are names that channels, references and files car
 IN_MESH_UNIT = ("mesh", "interfaces", "connections", "supports", "stress", "recovery", "loads")
 BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
-OF_A_BODY = ("materials", "properties", "connections", "interfaces", "supports", "loads", "reduction", "output.export")
+OF_A_BODY = (
+    "materials",
+    "properties",
+    "connections",
+    "interfaces",
+    "supports",
+    "loads",
+    "reduction",
+    "require",
+    "output.export",
+)
 OF_A_SYSTEM = (
     "joints", "chains", "beams", "deployments", "controls", "closures", "couplers", "depletions", "jets", "environment",
     *ForceElements.model_fields,
@@ -140,6 +151,9 @@ class Pipeline(ForceElements):
     )
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
+    require: RequireTable = Field(
+        RequireTable(), description="of the body: limits, each with its verdict in the report"
+    )
     sensitivities: SensitivitiesTable | None = Field(
         None, description="how the frequencies change with thicknesses, moduli, densities and sections"
     )

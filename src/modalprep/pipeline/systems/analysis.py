@@ -37,6 +37,8 @@ from modalprep.report.analysis import (
     write_response,
     write_sweep,
 )
+from modalprep.verdicts.notes import warnings_of
+from modalprep.verdicts.verdict import FAILED, PASSED, Requirement, Verdict
 
 LINEAR = 1e-4  # error of the linear equations over their largest entry, above which an analysis fails
 
@@ -61,14 +63,25 @@ class Analysed:
         return (*rest, *_instabilities(self.modes), *self.swept, *inverse)
 
     @property
-    def failures(self) -> tuple[str, ...]:
-        """Why the linear equations are not accurate; empty when they are."""
-        if self.linear is None or self.linear.error <= LINEAR:
+    def audits(self) -> tuple[Requirement, ...]:
+        """Whether the linear equations are accurate; empty without."""
+        if self.linear is None:
             return ()
-        return (
-            f"the linear equations have errors of {self.linear.error:.0e} of their largest entry, above {LINEAR:.0e}: "
-            "the accelerations are not smooth near this state",
+        error = self.linear.error
+        if error <= LINEAR:
+            says = f"{error:.1e} of their largest entry, limit {LINEAR:.0e}"
+            return (Requirement(name="linear equations", result=PASSED, says=says),)
+        says = (
+            f"the linear equations have errors of {error:.0e} of their largest entry, above {LINEAR:.0e}: "
+            "the accelerations are not smooth near this state"
         )
+        return (Requirement(name="linear equations", result=FAILED, says=says),)
+
+    @property
+    def verdict(self) -> Verdict:
+        """PASS, PASS WITH WARNINGS or FAIL, with the reasons."""
+        found = Requirement(name="analysis", result=PASSED, says="it found what was asked for")
+        return Verdict.of((found, *self.audits), warnings_of(self.notes))
 
     def summary(self) -> dict[str, Any]:
         """Return the content of the JSON file: SI units, frequencies in Hz, damping ratios, eigenvalues in 1/s."""
@@ -88,7 +101,7 @@ class Analysed:
             found["modes"]["moves_most"] = most_moved(self.modes)[kept]
         if self.linear is not None:
             found["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
-        return found | {"notes": list(self.notes), "failures": list(self.failures)}
+        return found | {"notes": list(self.notes), "verdict": self.verdict.summary()}
 
 
 def _instabilities(modes: SystemModes | None) -> tuple[str, ...]:
@@ -176,7 +189,7 @@ def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
         how = "stable" if found.equilibrium.stable else "not stable"
         reporter.say(f"  {how} equilibrium after {found.equilibrium.steps} steps")
     for note in found.notes:
-        reporter.say(f"  note: {note}")
+        reporter.note(note)
     if found.modes is not None:
         system_table(found.modes, found.table.modes, reporter.console)
     reporter.wrote(write_json(found.summary(), stem.with_name(f"{stem.name}-analysis.json")))

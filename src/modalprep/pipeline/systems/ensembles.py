@@ -23,6 +23,7 @@ from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.report.ensemble import band_plot, statistics_table, write_cases, write_statistics
+from modalprep.verdicts.verdict import FAILED, PASSED, Requirement
 
 TOLD = 5  # cases that failed and are named on the console
 
@@ -105,11 +106,14 @@ def _tell(found: Ensemble, table: EnsembleTable, reporter: Reporter) -> None:
     if len(found.failures) > TOLD:
         reporter.say(f"  and {len(found.failures) - TOLD} more, see the file of cases")
     for sentence in found.notes[:TOLD]:
-        reporter.say(f"  note: {sentence}")
+        reporter.note(sentence)
     statistics_table(found, reporter.console, table.percentiles)
 
 
-def ensemble_failures(found: Ensemble) -> tuple[str, ...]:
-    """Return a sentence when cases failed or diverged, or their energy does not balance."""
+def ensemble_audit(found: Ensemble) -> Requirement:
+    """Return the requirement that no case failed or diverged, and that their energies balance."""
     why = found.failures
-    return (f"{len(why)} of {len(found)} cases of the ensemble failed, the first: {why[0]}",) if why else ()
+    if not why:
+        return Requirement(name="ensemble", result=PASSED, says=f"{len(found)} cases")
+    says = f"{len(why)} of {len(found)} cases of the ensemble failed, the first: {why[0]}"
+    return Requirement(name="ensemble", result=FAILED, says=says)

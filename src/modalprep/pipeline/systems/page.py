@@ -17,6 +17,7 @@ from modalprep.report.body_page.inputs import Inputs
 from modalprep.report.body_page.section import Section
 from modalprep.report.numbers import number
 from modalprep.report.run_page.page import write_run_page
+from modalprep.verdicts.verdict import Verdict
 
 if TYPE_CHECKING:
     from modalprep.pipeline.schema.system import SimulationTable
@@ -28,9 +29,9 @@ def page_of_run(
     simulated: Simulated,
     reporter: Reporter,
     *,
+    verdict: Verdict,
     plots: Sequence[tuple[str, Path]] = (),
     film: Path | None = None,
-    notes: Sequence[str] = (),
     sections: Sequence[Section] = (),
 ) -> Path:
     """Write the page of the main run of a pipeline file beside its results, as ``NAME-run.html``.
@@ -54,9 +55,10 @@ def page_of_run(
         plotted=[channel for plot in pipeline.plots for channel in plot.channels] if plots else (),
         film=film,
         envelopes=simulated.envelopes,
-        notes=notes,
+        notes=simulated.notes,
         sections=sections,
         inputs=_inputs(path, result),
+        verdict=verdict,
     )
     return reporter.wrote(page)
 

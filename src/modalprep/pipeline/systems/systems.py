@@ -16,7 +16,7 @@ from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.results.validity import failures
+from modalprep.multibody.results.validity import audits, body_warnings
 from modalprep.multibody.simulate import simulate
 from modalprep.pipeline.build.build import made_bodies
 from modalprep.pipeline.build.sources import (
@@ -36,6 +36,7 @@ from modalprep.report.tables import envelope_table
 
 if TYPE_CHECKING:
     from modalprep.ensemble.record import Ensemble
+    from modalprep.verdicts.verdict import Requirement
 
 LABELS = {
     "consistent": "with geometric stiffness",
@@ -46,7 +47,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The system, its runs by label (the main one first), files, why the main run or a case failed, the ensemble.
+    """The system, its runs by label (the main one first), files, the audits of the main run, the ensemble.
 
     `envelopes` are those of the recoveries in the main run.
     """
@@ -54,14 +55,15 @@ class Simulated:
     system: System | DeployingSystem
     runs: dict[str, Result]
     files: list[Path]
-    failures: tuple[str, ...] = ()
+    audits: tuple[Requirement, ...] = ()
     ensemble: Ensemble | None = None
     envelopes: tuple[Envelope, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know about the validity of each run."""
-        return tuple(f"{label}: {note}" for label, run in self.runs.items() for note in run.notes)
+        """What the user should know about the bodies, about each run and about the ensemble."""
+        runs = [f"{label}: {note}" for label, run in self.runs.items() for note in run.notes]
+        return (*body_warnings(self.system.bodies), *runs, *(self.ensemble.notes if self.ensemble else ()))
 
 
 @says_compiling
@@ -95,7 +97,7 @@ def simulate_pipeline(
     stem = folder / path.stem
     written = (target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html"))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run
-        from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
+        from modalprep.pipeline.systems.ensembles import ensemble_audit, ensemble_files, simulate_ensemble
 
         written += tuple(ensemble_files(pipeline.ensemble, stem))
     refuse_overwriting(written, [*needed_files(path), *made_bodies(path, output)])
@@ -123,12 +125,12 @@ def simulate_pipeline(
     for file in files:
         reporter.wrote(file)
     weight = sum(body.m for body in system.bodies.values())
-    found = failures(main, pipeline.simulation.rtol, weight)
+    audited = audits(main, pipeline.simulation.rtol, weight)
     ensemble = None
     if pipeline.ensemble is not None:
         ensemble = simulate_ensemble(path, pipeline, next(iter(variants.values())), main, stem, reporter)
-        found += ensemble_failures(ensemble)
-    return Simulated(system, runs, files, tuple(f"{path}: {why}" for why in found), ensemble, extremes)
+        audited.append(ensemble_audit(ensemble))
+    return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
 
 
 def _envelopes_beside(target: Path) -> Path:
@@ -164,5 +166,5 @@ def _simulate(
         f"energy balance to {run.stats['energy_error']:.0e} of its largest part{momenta}"
     )
     for note in run.notes:
-        reporter.say(f"  note: {note}")
+        reporter.note(note)
     return run

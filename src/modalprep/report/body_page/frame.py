@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib.resources import files
@@ -13,9 +12,10 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
-from modalprep.report.body_page.section import Section, Verdict
+from modalprep.report.body_page.box import verdict_box
+from modalprep.report.body_page.section import Section
 from modalprep.report.body_page.sign_off import sign_off
-from modalprep.report.body_page.verdicts import verdict_box
+from modalprep.verdicts.verdict import Verdict
 
 
 def page_text(
@@ -23,10 +23,10 @@ def page_text(
     kind: str,
     lead: str,
     sections: Sequence[Section],
-    verdicts: Sequence[Verdict],
+    verdict: Verdict,
     data: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return a page with a box of the verdicts, and those of its sections, at the top and a sign-off at the end.
+    """Return a page with the box of the verdict at the top and a sign-off at the end.
 
     Parameters
     ----------
@@ -43,17 +43,12 @@ def page_text(
         kind=kind,
         lead=lead,
         date=date,
-        box=verdict_box([*verdicts, *_of_sections(sections)]),
+        box=verdict_box(verdict),
         sections=[*sections, sign_off(f"{name}: {kind}", date)],
         data=data or {},
         style=Markup(_file("page.css") + _file("body_page/paper.css") + _margins(f"{name}: {kind}", date)),
         script=Markup(_file("page.js") + (_file("viewer.js") if data else "")),
     )
-
-
-def _of_sections(sections: Sequence[Section]) -> list[Verdict]:
-    """Return the verdicts of the sections, with links to them."""
-    return [replace(v, anchor=v.anchor or section.anchor) for section in sections for v in section.verdicts]
 
 
 @cache

@@ -14,6 +14,7 @@ from modalprep.report.body_page.table import Table
 from modalprep.report.numbers import quantity
 
 UNITS = ("kg",) * 3 + ("kg m²",) * 3
+FIRST = ("mode", "name", "Hz", "free-free Hz", "damping %")
 NEGLIGIBLE = 1e-6  # of the mass or inertia of the body: modes that do not move it but for the mesh
 
 
@@ -46,26 +47,26 @@ def mode_tables(body: FlexibleBody) -> list[Table]:
     meaning; the table then has frequencies and damping only. Effective masses below `NEGLIGIBLE` are zero.
     """
     damping = 100 * body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))
-    numbers = range(1, body.n + 1)
-    first = list(zip(numbers, body.frequency.tolist(), floating(body).tolist(), damping.tolist(), strict=True))
+    numbers, names = range(1, body.n + 1), body.mode_names or ("",) * body.n
+    first = list(zip(numbers, names, body.frequency.tolist(), floating(body).tolist(), damping.tolist(), strict=True))
     marks = [f"mode-{mode}" for mode in numbers]
     if not (body.at_root and body.normalised):
-        return [Table(name="modes", columns=("mode", "Hz", "free-free Hz", "damping %"), rows=first, marks=marks)]
+        return [Table(name="modes", columns=FIRST, rows=first, marks=marks)]
     factor, whole = participation(body), totals(body)
     factor = np.where(factor**2 > NEGLIGIBLE * whole, factor, 0.0)
-    short = [row[:2] for row in first]
+    short = [(row[0], row[2]) for row in first]
     return [_shares(first, factor**2, whole, marks), _masses(short, factor**2, whole), _factors(short, factor)]
 
 
 def _shares(first: list[tuple], mass: np.ndarray, whole: np.ndarray, marks: list[str]) -> Table:
     share = 100 * mass / np.where(whole > 0, whole, np.inf)
-    columns = ("mode", "Hz", "free-free Hz", "damping %", *(f"{d} %" for d in DIRECTIONS))
+    columns = (*FIRST, *(f"{d} %" for d in DIRECTIONS))
     return Table(
         name="modes",
         columns=columns,
         rows=[(*row, *values) for row, values in zip(first, share.tolist(), strict=True)],
-        total=("sum", None, None, None, *share.sum(axis=0).tolist()),
-        forms={"damping %": ".3g"} | dict.fromkeys(columns[4:], ".2f"),
+        total=("sum", None, None, None, None, *share.sum(axis=0).tolist()),
+        forms={"damping %": ".3g"} | dict.fromkeys(columns[len(FIRST) :], ".2f"),
         marks=marks,
         caption="Effective mass of each mode in % of the body's mass (x, y, z) and of its moments of inertia about the "
         "root (rx, ry, rz), which the root alone holds. The free-free frequencies are those of the elastic modes of "

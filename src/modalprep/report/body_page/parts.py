@@ -12,12 +12,11 @@ from markupsafe import Markup
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import DIRECTIONS, ModeTable
+from modalprep.report.body_page.box import check_table, requirement_table
 from modalprep.report.body_page.charts import cumulative_plot
 from modalprep.report.body_page.modes import mode_tables, recovery_table, selection_csv
-from modalprep.report.body_page.notes import sorted_notes
 from modalprep.report.body_page.section import Section, chart, embedded
 from modalprep.report.body_page.table import Table, data_address, part
-from modalprep.report.body_page.verdicts import check_table
 from modalprep.report.charts.mass_chart import effective_mass_plot
 from modalprep.report.charts.plots import error_plot
 from modalprep.report.numbers import quantity
@@ -32,19 +31,27 @@ from modalprep.report.tables import (
     percent,
     summary_rows,
 )
+from modalprep.verdicts.notes import kind_of
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.verdicts.verdict import Verdict
 
 FRAME = "The body frame has its {}."
 
 
+def in_short(sentences: Sequence[str]) -> Section:
+    """Return the section of plain sentences with which a page begins."""
+    rows = Markup("").join(Markup("<li>{}</li>\n").format(sentence) for sentence in sentences)
+    return Section(title="In short", anchor="in-short", html=Markup("<ul>\n{}</ul>").format(rows))
+
+
 def overview(body: FlexibleBody, notes: Sequence[str], mesh_picture: Path | None) -> Section:
-    """Return the section of the body as a whole: notes by their kind, mass, interfaces, frequencies."""
+    """Return the section of the body as a whole: notes that are no warnings, mass, interfaces, frequencies."""
     html = part(
         "overview.html",
-        notes=sorted_notes(notes),
+        notes=[note for note in notes if kind_of(note) == "notes"],
         summary=summary_rows(body),
         frame=FRAME.format(body.frame),
         mesh_picture=embedded(mesh_picture) if mesh_picture else None,
@@ -84,6 +91,7 @@ def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> lis
         {
             "number": mode,
             "frequency": hertz(body.frequency[mode - 1]),
+            "name": body.mode_names[mode - 1] if body.mode_names else "",
             "damping": f"{100 * damping[mode - 1]:.3g}",
             "moving": mode <= moving,
             "image": embedded(pictures[mode]),
@@ -189,6 +197,12 @@ def errors(curves: Mapping[str, tuple[Any, Any]] | None, axes: tuple[str, str]) 
     ]  # fmt: skip
     html = drawn + part("tables.html", text="", tables=tables)
     return [Section(title="Errors against the full model", anchor="errors", html=html)]
+
+
+def requirements(verdict: Verdict) -> list[Section]:
+    """Return the section of the requirements besides the checks, none without any."""
+    table = requirement_table(verdict)
+    return [Section(title="Requirements", anchor="requirements", html=table.html())] if table.rows else []
 
 
 def checks(found: Sequence[Check]) -> list[Section]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
 
-from modalprep.report.body_page.section import Section, chart, paragraph
+from modalprep.report.body_page.requirements import of_damage, of_response
+from modalprep.report.body_page.section import Section, anchor_of, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.body_page.verdicts import of_damage, of_response
 from modalprep.report.numbers import quantity
 from modalprep.report.responses import MEANING, listed_peaks, notable, peak_cells, peak_columns
 from modalprep.report.strength import FATIGUE, NOTCH, fatigue_rows, notch_rows
@@ -47,12 +46,12 @@ def response_section(
     Traceback (most recent call last):
     modalprep.errors.InputError: the picture gone.png cannot be read: No such file or directory
     """
-    anchor = f"response-{_anchor(name)}"
+    anchor = anchor_of("response", name)
     said = f"{response.kind.capitalize()} response to {', '.join(response.inputs)}. {WHOLE}"
     html = paragraph(said) + peaks_table(anchor, response).html() + forces_table(anchor, response).html()
     html += chart(plot, f"{MEANING[response.kind]} of the largest channels")
     html += _notches(anchor, cut, notch_plot) if cut is not None and notch_plot is not None else ""
-    return Section(title=f"Response {name}", anchor=anchor, html=html, verdicts=of_response(name, response))
+    return Section(title=f"Response {name}", anchor=anchor, html=html, requirements=of_response(name, response))
 
 
 def peaks_table(anchor: str, response: Response) -> Table:
@@ -100,10 +99,6 @@ def forces_table(anchor: str, response: Response) -> Table:
     )
 
 
-def _anchor(name: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
-
-
 def _notches(anchor: str, cut: NotchedInput, plot: Path) -> Markup:
     drawn = chart(plot, "Input and limited responses, before and after notching")
     if not cut.notches:
@@ -116,13 +111,17 @@ def shock_section(name: str, plot: Path) -> Section:
     """Return the section of shock response spectra."""
     says = "The largest responses of damped oscillators that stand where the channel is recorded, over their frequency."
     html = paragraph(says) + chart(plot, f"Shock response spectra of {name} (maximax)")
-    return Section(title=f"Shock spectrum {name}", anchor=f"srs-{_anchor(name)}", html=html)
+    return Section(title=f"Shock spectrum {name}", anchor=anchor_of("srs", name), html=html)
 
 
 def fatigue_section(name: str, damage: Mapping[str, Fatigue]) -> Section:
     """Return the section of the damage of channels; a damage below 1 is a requirement."""
-    anchor = f"fatigue-{_anchor(name)}"
+    anchor = anchor_of("fatigue", name)
     table = Table(name=anchor, columns=FATIGUE, rows=fatigue_rows(damage))
     says = "Miner's sum of each channel; 1 is failure. The life is that under the same load for ever."
-    verdict = of_damage(name, damage)
-    return Section(title=f"Fatigue {name}", anchor=anchor, html=paragraph(says) + table.html(), verdicts=[verdict])
+    return Section(
+        title=f"Fatigue {name}",
+        anchor=anchor,
+        html=paragraph(says) + table.html(),
+        requirements=[of_damage(name, damage)],
+    )

@@ -3,37 +3,16 @@
 from __future__ import annotations
 
 import mimetypes
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from markupsafe import Markup
 
 from modalprep.errors import InputError
 from modalprep.report.body_page.table import data_address
-
-PASSED, FAILED, UNCHECKED = "passed", "FAILED", "not checked"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verdict:
-    """What the box at the top of a page says of one requirement.
-
-    Attributes
-    ----------
-    name : str
-    result : {"passed", "FAILED", "not checked"}
-    says : str
-        Value and limit, or why it was not checked.
-    anchor : str
-        Of the place on the page that has more; those of a section without one lead to the section.
-    """
-
-    name: str
-    result: Literal["passed", "FAILED", "not checked"]
-    says: str = ""
-    anchor: str = ""
+from modalprep.verdicts.verdict import Requirement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,15 +27,15 @@ class Section:
         Unique on the page: small letters, digits and hyphens.
     html : Markup
         What stands below the title; put together from `Table.html`, `chart` and `paragraph`.
-    verdicts : sequence of Verdict
-        Requirements that this section checks; the box at the top of the page counts and names them.
+    requirements : sequence of Requirement
+        What this section checks; the box at the top of the page counts and names them.
 
     Examples
     --------
     >>> from modalprep.report import Table
     >>> strut = Table(name="strut-forces", columns=("strut", "N (N)"), rows=[("left", 12.5)])
     >>> section = Section(title="Strut forces", anchor="struts", html=paragraph("At 3 sigma.") + strut.html(),
-    ...                   verdicts=[Verdict(name="margin of the left strut", result="passed", says="+0.2")])
+    ...                   requirements=[Requirement(name="margin of the left strut", result="passed", says="+0.2")])
     >>> section.html[:18]
     Markup('<p>At 3 sigma.</p>')
     """
@@ -64,7 +43,18 @@ class Section:
     title: str
     anchor: str
     html: Markup
-    verdicts: Sequence[Verdict] = ()
+    requirements: Sequence[Requirement] = ()
+
+
+def anchor_of(kind: str, name: str) -> str:
+    """Return the anchor of the section of a response, a shock spectrum or a damage.
+
+    Examples
+    --------
+    >>> anchor_of("response", "Sine Z")
+    'response-sine-z'
+    """
+    return f"{kind}-{re.sub(r'[^a-z0-9]+', '-', name.lower()).strip('-')}"
 
 
 def paragraph(text: str) -> Markup:

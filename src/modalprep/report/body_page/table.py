@@ -20,7 +20,7 @@ from modalprep.report.numbers import number, raised
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-CLASSES = {"passed": "good", "FAILED": "bad", "not checked": "open"}  # of cells with these words
+CLASSES = {"passed": "good", "FAILED": "bad", "not checked": "open", "warning": "warn"}  # of cells with these words
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 
 from modalprep.atomic import atomic_path
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.results.validity import failures
+from modalprep.multibody.results.validity import audits, failures
 from modalprep.report.body_page import parts as body_parts
 from modalprep.report.body_page.frame import page_text
 from modalprep.report.body_page.inputs import Inputs, inputs_section
-from modalprep.report.body_page.notes import sorted_notes
-from modalprep.report.body_page.section import FAILED, PASSED, Section, Verdict
-from modalprep.report.body_page.verdicts import of_envelopes
+from modalprep.report.body_page.requirements import of_envelopes
+from modalprep.report.body_page.section import Section
+from modalprep.report.explain.run import explain_run
 from modalprep.report.numbers import number
 from modalprep.report.run_page import parts
 from modalprep.report.run_page.channels import shown_channels
+from modalprep.verdicts.notes import kind_of, warnings_of
+from modalprep.verdicts.verdict import Verdict
 
 if TYPE_CHECKING:
     from modalprep.multibody.model.system import System
@@ -40,7 +42,7 @@ def write_run_page(
     notes: Sequence[str] = (),
     sections: Sequence[Section] = (),
     inputs: Inputs | None = None,
-    verdicts: Sequence[Verdict] = (),
+    verdict: Verdict | None = None,
 ) -> Path:
     """Write the page: verdict, method and tolerance, system, audits, events, extremes, plots, film, inputs, sign-off.
 
@@ -67,13 +69,13 @@ def write_run_page(
     envelopes : sequence of Envelope
         Of the recoveries.
     notes : sequence of str
-        Messages besides those of the run.
+        Messages, by default those of the run.
     sections : sequence of Section
         Further sections, such as damage.
     inputs : Inputs, optional
         Text, hashes and versions that the run was made of.
-    verdicts : sequence of Verdict
-        Further requirements for the box at the top.
+    verdict : Verdict, optional
+        For the box at the top; by default that of the audits, the extremes, the sections and the messages.
 
     Returns
     -------
@@ -96,12 +98,21 @@ def write_run_page(
     True
     """
     inputs, title = inputs or Inputs(), name or Path(path).stem
-    failed = failures(run, rtol, sum(body.m for body in system.bodies.values()) if system else 0.0)
-    shown, told = shown_channels(run, channels), sorted_notes([*run.notes, *notes])
+    mass = sum(body.m for body in system.bodies.values()) if system else 0.0
+    shown, told = shown_channels(run, channels), list(dict.fromkeys(notes or run.notes))
+    if verdict is None:
+        met = [*audits(run, rtol, mass), *of_envelopes(envelopes), *(r for part in sections for r in part.requirements)]
+        verdict = Verdict.of(met, warnings_of(told))
     found = [
-        parts.the_run(run, {"relative tolerance": number(rtol)} | dict(settings or {}), told),
+        body_parts.in_short(explain_run(run)),
+        *body_parts.requirements(verdict),
+        parts.the_run(
+            run,
+            {"relative tolerance": number(rtol)} | dict(settings or {}),
+            [note for note in told if kind_of(note) == "notes"],
+        ),
         *parts.the_system(system),
-        parts.audits(run, rtol, failed),
+        parts.audits(run, rtol, failures(run, rtol, mass)),
         *parts.events(run),
         *body_parts.simulation((), envelopes),
         *sections,
@@ -111,17 +122,10 @@ def write_run_page(
         *([inputs_section(inputs)] if inputs.text else []),
         *body_parts.provenance({"Files (SHA-256)": inputs.files, "Program": inputs.made}),
     ]
-    said = [*_audited(failed), *of_envelopes(envelopes), *verdicts]
-    text = page_text(title, "run of a system", _lead(run, system), found, said)
+    text = page_text(title, "run of a system", _lead(run, system), found, verdict)
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
-
-
-def _audited(failed: Sequence[str]) -> list[Verdict]:
-    """Return the verdict of the audits."""
-    wrong = [Verdict(name="audit of the run", result=FAILED, says=why, anchor="audit-section") for why in failed]
-    return wrong or [Verdict(name="audit of the run", result=PASSED, anchor="audit-section")]
 
 
 def _lead(run: Result, system: System | None) -> str:

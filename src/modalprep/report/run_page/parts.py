@@ -12,11 +12,12 @@ from markupsafe import Markup
 
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import AUDIT, MOMENTUM, WORST
-from modalprep.report.body_page.section import FAILED, PASSED, Section, chart, embedded, paragraph
+from modalprep.report.body_page.section import Section, chart, embedded, paragraph
 from modalprep.report.body_page.table import Table, part
 from modalprep.report.numbers import number, raised
 from modalprep.report.run_page.channels import channel_unit
 from modalprep.report.run_page.curves import curves
+from modalprep.verdicts.verdict import FAILED, PASSED
 
 if TYPE_CHECKING:
     from modalprep.multibody.evaluation.impact import Impact
@@ -32,7 +33,7 @@ EVALUATIONS = {
 }  # fmt: skip
 
 
-def the_run(run: Result, settings: Mapping[str, str], notes: Mapping[str, list[str]]) -> Section:
+def the_run(run: Result, settings: Mapping[str, str], notes: Sequence[str]) -> Section:
     """Return the section of how the run went: messages, method, tolerance, steps."""
     rows = [("outcome", raised(f"{run.status}: {run.message}"))]
     if len(run.time):
