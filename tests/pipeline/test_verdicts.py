@@ -10,6 +10,7 @@ import pytest
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.formats.responsefile import read_response
+from modalprep.report.numbers import raised
 
 SHAKER = """
 [response.shaker]
@@ -125,7 +126,7 @@ def test_every_way_to_look_tells_the_same(name, job, tmp_path, capsys):
     page = html.unescape((made / "job.html").read_text(encoding="utf-8"))
     box = re.search(r'<div class="box .*?</header>', page, re.DOTALL)[0]
     assert f'<p class="word">{word}</p>' in box
-    assert all(said in box for said in verdict["warnings"])
+    assert all(raised(said) in box for said in verdict["warnings"])
     if word == "PASS WITH WARNINGS":
         said, texts = heard(made)
         assert any(reason in each for each in said)

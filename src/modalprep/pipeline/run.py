@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.pictures import Pictures
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
-    from modalprep.pipeline.schema.require import RequireTable
+    from modalprep.pipeline.schema.responses.require import RequireTable
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
     from modalprep.report.body_page.section import Section

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.pipeline.schema.require import RequireTable, _Bounds, bounds
+from modalprep.pipeline.schema.responses.require import RequireTable, _Bounds, bounds
 from modalprep.reduction.error import ReductionError
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.modes import participation, totals

@@ -27,7 +27,7 @@ from modalprep.pipeline.schema.force_elements import NOUNS, ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
-from modalprep.pipeline.schema.require import RequireTable
+from modalprep.pipeline.schema.responses.require import RequireTable
 from modalprep.pipeline.schema.responses.response import Response
 from modalprep.pipeline.schema.responses.strength import FatigueTable, ShockTable
 from modalprep.pipeline.schema.system import (

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
 from modalprep.report.body_page.table import Table, part
+from modalprep.report.numbers import raised
 from modalprep.verdicts.verdict import FAIL, FAILED, PASS, UNCHECKED, WARNED, Verdict
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ def requirement_table(verdict: Verdict) -> Table:
     >>> requirement_table(Verdict((met,))).rows
     [('mass', 'passed', '12 kg, must be below 20 kg')]
     """
-    rows = [(r.name, r.result, r.says) for r in verdict.requirements if not r.anchor.startswith(CHECK)]
+    rows = [(r.name, r.result, raised(r.says)) for r in verdict.requirements if not r.anchor.startswith(CHECK)]
     return Table(name="requirement-table", columns=("requirement", "result", "value and limit"), rows=rows)
 
 
@@ -64,4 +66,6 @@ def verdict_box(verdict: Verdict) -> Markup:
     (True, True)
     """
     rows = {"Not met": verdict.those(FAILED), "Not checked": verdict.those(UNCHECKED)}
-    return part("box.html", verdict=verdict, rows=rows, style=STYLES.get(verdict.word, "open-box"))
+    said = {name: [replace(r, says=raised(r.says)) for r in found] for name, found in rows.items()}
+    style, warned = STYLES.get(verdict.word, "open-box"), [raised(text) for text in verdict.warnings]
+    return part("box.html", verdict=verdict, rows=said, warnings=warned, style=style)

@@ -19,7 +19,7 @@ from modalprep.report.body_page.section import Section, chart, embedded
 from modalprep.report.body_page.table import Table, data_address, part
 from modalprep.report.charts.mass_chart import effective_mass_plot
 from modalprep.report.charts.plots import error_plot
-from modalprep.report.numbers import quantity
+from modalprep.report.numbers import quantity, raised
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.tables import (
     ENVELOPE,
@@ -43,7 +43,7 @@ FRAME = "The body frame has its {}."
 
 def in_short(sentences: Sequence[str]) -> Section:
     """Return the section of plain sentences with which a page begins."""
-    rows = Markup("").join(Markup("<li>{}</li>\n").format(sentence) for sentence in sentences)
+    rows = Markup("").join(Markup("<li>{}</li>\n").format(raised(sentence)) for sentence in sentences)
     return Section(title="In short", anchor="in-short", html=Markup("<ul>\n{}</ul>").format(rows))
 
 
@@ -51,7 +51,7 @@ def overview(body: FlexibleBody, notes: Sequence[str], mesh_picture: Path | None
     """Return the section of the body as a whole: notes that are no warnings, mass, interfaces, frequencies."""
     html = part(
         "overview.html",
-        notes=[note for note in notes if kind_of(note) == "notes"],
+        notes=[raised(note) for note in notes if kind_of(note) == "notes"],
         summary=summary_rows(body),
         frame=FRAME.format(body.frame),
         mesh_picture=embedded(mesh_picture) if mesh_picture else None,
