@@ -85,7 +85,7 @@ class Outcome:
         """Return the requirements of [require]."""
         if self.require is None or self.built is None:
             return []
-        from modalprep.pipeline.build.required import required_margin, required_of_body
+        from modalprep.pipeline.responses.required import required_margin, required_of_body
 
         envelopes = self.simulated.envelopes if self.simulated else ()
         rows = [row["margin"] for envelope in envelopes for row in envelope.worst()]
