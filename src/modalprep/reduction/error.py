@@ -285,12 +285,10 @@ def to_target(
         Hz.
     modes : int
         Initial number.
-    algebra : Algebra
-        Functions for factorisation and eigensolution.
+    algebra, damping
+        As in `reduction_error`.
     recovery : ModelRecovery or None
         Has the recoveries that `target` names.
-    damping : float
-        As in `reduction_error`.
 
     Raises
     ------
