@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
@@ -66,6 +65,4 @@ def verdict_box(verdict: Verdict) -> Markup:
     (True, True)
     """
     rows = {"Not met": verdict.those(FAILED), "Not checked": verdict.those(UNCHECKED)}
-    said = {name: [replace(r, says=raised(r.says)) for r in found] for name, found in rows.items()}
-    style, warned = STYLES.get(verdict.word, "open-box"), [raised(text) for text in verdict.warnings]
-    return part("box.html", verdict=verdict, rows=said, warnings=warned, style=style)
+    return part("box.html", verdict=verdict, rows=rows, style=STYLES.get(verdict.word, "open-box"))

@@ -51,7 +51,7 @@ def overview(body: FlexibleBody, notes: Sequence[str], mesh_picture: Path | None
     """Return the section of the body as a whole: notes that are no warnings, mass, interfaces, frequencies."""
     html = part(
         "overview.html",
-        notes=[raised(note) for note in notes if kind_of(note) == "notes"],
+        notes=[note for note in notes if kind_of(note) == "notes"],
         summary=summary_rows(body),
         frame=FRAME.format(body.frame),
         mesh_picture=embedded(mesh_picture) if mesh_picture else None,
