@@ -106,7 +106,8 @@ def told(make: Callable[P, R]) -> Callable[P, R]:
     def telling(*given: P.args, **options: P.kwargs) -> R:
         with silent():
             found = make(*given, **options)
-        before = {note for each in (*given, *options.values()) for note in getattr(each, "notes", ())}
+        records = [each for each in (*given, *options.values()) if not hasattr(each, "bodies")]  # systems say nothing
+        before = {note for each in records for note in getattr(each, "notes", ())}
         warn(note for note in found.notes if note not in before)
         return found
 

@@ -22,7 +22,6 @@ from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_name, refuse_other, refuse_unknown
-from modalprep.verdicts.notes import warn
 
 LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
 
@@ -88,9 +87,7 @@ class System(Record):
         plain = {name: body.with_(T=None) for name, body in losing.items() if body.T is not None}
         if plain:
             object.__setattr__(self, "bodies", self.bodies | plain)
-            said = [LOSES_MASS.format(name) for name in plain]
-            object.__setattr__(self, "notes", (*self.notes, *said))
-            warn(said)
+            object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
 
     def __repr__(self) -> str:
