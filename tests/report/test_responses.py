@@ -15,5 +15,5 @@ def test_an_axis_says_what_it_shows(names, unit, shown, random, text):
 
 
 def test_decades_have_prefixes_where_the_unit_takes_them():
-    assert [_decade("N")(value, 0) for value in (1e-3, 1.0, 1e4)] == ["1 mN", "1 N", "10 kN"]
+    assert [_decade("N")(value, 0) for value in (1e-3, 1.0, 1e4)] == ["0.001 N", "1 N", "10 kN"]
     assert _decade("m/s^2")(1e4, 0) == "10000"

@@ -226,7 +226,13 @@ def _decade(unit: str) -> Callable[[float, int], str]:
     """Return what labels the decades of an axis: with SI prefixes where the unit takes them, else as numbers."""
     if unit not in PREFIXED:
         return lambda value, _: number(value)
-    return lambda value, _: f"{value * prefixed(unit, value)[0]:g} {prefixed(unit, value)[1]}"
+    least = 0.0 if unit == "m" else 1.0  # there are millimetres, but no millinewtons
+
+    def label(value: float, _: int) -> str:
+        factor, name = prefixed(unit, max(value, least))
+        return f"{number(factor * value)} {name}"
+
+    return label
 
 
 def plain_decades(axis: Axis) -> None:

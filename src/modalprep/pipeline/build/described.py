@@ -74,7 +74,7 @@ def _units(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Table:
         ("nodes", _nodes(mesh, model)),
         ("elements", str(sum(map(len, model.cells.values())))),
         ("degrees of freedom", f"{model.n_dof}, of which {len(model.free)} are independent"),
-        ("origin of the body frame", f"({', '.join(f'{x:.6g}' for x in model.origin)}) m in the mesh"),
+        ("origin of the body frame", f"({', '.join(written(float(x), '.6g') for x in model.origin)}) m in the mesh"),
     ]
     if pipeline.mesh is not None:
         rows.append(("distribution of the mass", pipeline.mesh.mass))
