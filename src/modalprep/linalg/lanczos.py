@@ -17,7 +17,8 @@ from modalprep.linalg.factor import Factor
 from modalprep.linalg.sparse import times
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
-DEPENDENT = 1e-10  # squared norm that is left of a new vector, over its own
+DEPENDENT = 1e-14  # squared norm that is left of a new vector, over the largest of its block
+GONE = 1e-20  # the same over its own: round-off
 RESTARTS = 60
 MEMORY = 2e9  # bytes of the basis, where it needs so much
 ROWS = 20_000
@@ -124,13 +125,15 @@ def _orthonormal(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return an M-orthonormal basis Q of W, in `out` where it is given, ``M Q`` and ``Q^T M W``.
 
-    Directions below `DEPENDENT` of what W was are dropped; `before` is the squared norm that was taken from it.
+    Directions below `DEPENDENT` of the largest, or below `GONE` of what W was, are dropped; `before` is the squared
+    norm that was taken from it. A light structure with a heavy node answers its first loads by motions of that node, to
+    five digits and more: what is left then is small but not nothing.
     """
     MW = times(M, W)
     gram = inner(W, MW)
     D = 1 / np.sqrt(np.maximum(before + gram.diagonal(), np.finfo(float).tiny))
     share, Y = eigh(gram * D * D[:, None])
-    new = share > DEPENDENT
+    new = share > np.maximum(GONE, DEPENDENT * share[-1:])
     Z = D[:, None] * (Y[:, new] / np.sqrt(share[new]))
     return product(W, Z, None if out is None else out[:, : Z.shape[1]]), product(MW, Z), Z.T @ gram
 
