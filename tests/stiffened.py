@@ -20,7 +20,7 @@ SHELLS = [("triangle", "opt"), ("triangle", "cst"), ("quad", "opt"), ("triangle6
 
 @dataclass(frozen=True, kw_only=True)
 class Stiffened:
-    """A skin over (x, y), of a cylinder about x if it has a radius; lengths in m.
+    """A skin over (x, y), of a cylinder about x if it has a radius, or about y if it is an arch; lengths in m.
 
     The stiffener stands on the middle of the skin, along x or y, as thick as the skin or `rib`, and `height` deep.
     """
@@ -29,6 +29,7 @@ class Stiffened:
     width: float = 0.24
     thickness: float = 0.005
     radius: float = 0.0
+    arch: bool = False
     along: str = "x"  # or "y", or "" without a stiffener
     height: float = 0.03
     rib: float = 0.005
@@ -37,7 +38,7 @@ class Stiffened:
     @property
     def closed(self) -> bool:
         """Whether it is a whole tube."""
-        return bool(self.radius) and self.width > 6.28 * self.radius
+        return bool(self.radius) and not self.arch and self.width > 6.28 * self.radius
 
     @property
     def below(self) -> float:
@@ -53,8 +54,9 @@ class Stiffened:
         """Return places (..., 3) at heights z over the middle of the skin."""
         if not self.radius:
             return np.stack(np.broadcast_arrays(x, y, z), axis=-1)
-        angle, r = y / self.radius, self.radius + z
-        return np.stack(np.broadcast_arrays(x, r * np.sin(angle), r * np.cos(angle) - self.radius), axis=-1)
+        angle, r = (x if self.arch else y) / self.radius, self.radius + z
+        around, height = r * np.sin(angle), r * np.cos(angle) - self.radius
+        return np.stack(np.broadcast_arrays(*((around, y, height) if self.arch else (x, around, height))), axis=-1)
 
     def sides(self, n: int, across: bool) -> np.ndarray:
         """Return positions of cells along x, or `across`; n to a side, one over the stiffener if it cuts this line."""
@@ -101,6 +103,18 @@ def skin_and_beams(shape: Stiffened, kind: str, n: tuple[int, int], membrane: st
     middle = points[mesh.cells[line][:, :2]].mean(axis=1)
     up = [0, 1, 1] * (middle - [0, 0, -shape.radius]) if shape.radius else np.tile([0, 0, 1.0], (len(middle), 1))
     return mesh.with_(data={"up": {line: up}}), sections
+
+
+def beams(shape: Stiffened, kind: str, n: int):
+    """Return the mesh and properties of a bar of beams (line, line3), whose section is that of the skin."""
+    x = np.linspace(0, shape.length, 2 * n + 1 if kind == "line3" else n + 1)
+    points, ends = shape.placed(x, 0.0, 0.0), np.arange(0, len(x), len(x) // n)
+    lines = np.stack([ends[:-1], ends[1:], ends[:-1] + 1][: 3 if kind == "line3" else 2], axis=1)
+    middle = points[ends].reshape(-1, 3)
+    mesh = _mesh(points, {kind: {"skin": lines}, "vertex": {"root": np.array([[0]]), "end": np.array([[len(x) - 1]])}})
+    up = [0, 0, shape.radius or 1.0] + (middle[1:] + middle[:-1]) / 2 * [1, 0, bool(shape.radius)] * bool(shape.radius)
+    section = mp.fe.beam_section("rectangle", ALUMINIUM, width=shape.width, height=shape.thickness)
+    return mesh.with_(data={"up": {kind: up}}), {"skin": section}
 
 
 def bricks(shape: Stiffened, n: tuple[int, int], through: tuple[int, int] = (1, 4)):
@@ -150,8 +164,8 @@ def assembled(shape: Stiffened, mesh, sections, end: str = "") -> mp.fe.FEModel:
     root = {"root": mp.Interface(group="root", kind="rbe2", position=(0.0, 0.0, 0.0))}
     if not end:
         return mp.assemble(mesh, sections, root)
-    place = (shape.length, 0.0, shape.centre)
-    tip = {"tip": mp.Connection(group="end", kind=end, position=place)}
+    place = shape.placed(shape.length, 0.0, shape.centre)
+    tip = {"tip": mp.Connection(group="end", kind=end, position=tuple(place))}
     inertia = (*3 * (shape.mass * 0.05**2,), 0.0, 0.0, 0.0)
     return mp.assemble(mesh, sections | {"tip": mp.PointMass(mass=shape.mass, inertia=inertia)}, root, connections=tip)
 
