@@ -123,6 +123,16 @@ def test_a_mode_that_the_base_does_not_excite_is_not_missed(mixed):
     assert not any("drops" in text for text in said)
 
 
+def test_attachment_modes_are_warned_of():
+    """They mix dropped modes too, and cannot act statically: the modes with the root held need them."""
+    model, _ = beam()
+    reduction = mp.reduction.free_interface(model, modes=8, keep="mode > 2")
+    body = mp.flexible_body(model, reduction, name="beam")
+    said = harmonic_response(body, {"tip.y": 1.0}, [0.1, 12.0], damping=0.01).warnings
+    assert "attachment modes, which mix them, resonate elsewhere" in said[0]
+    assert said[0].startswith("the body drops 2 modes in the band (")
+
+
 def test_below_all_dropped_modes_their_inertia_counts():
     """Mode by mode up to 2.5 Hz: with inertia the error of acceleration at the tip is of fourth order in frequency."""
     body = beam(modes=4, truncation=("interfaces",))[1]

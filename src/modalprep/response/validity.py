@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, TRUNCATION
+from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, TRUNCATION
 from modalprep.response.dropped import BASE, dropped_below
 from modalprep.response.modal import ModalEquations
 
@@ -46,10 +46,10 @@ def missing_modes(body: FlexibleBody, equations: ModalEquations, top: float) -> 
     if len(dropped):
         shown = ", ".join(f"{f:.4g}" for f in dropped[:SOME]) + ", ..." * (len(dropped) > SOME)
         still = int(np.sum(equations.M == 0))
-        count, statics = (
-            f"{len(dropped)} mode{'s' * (len(dropped) > 1)}",
-            f", and the {still} truncation vectors that mix them act statically" if still else "",
-        )
+        count = f"{len(dropped)} mode{'s' * (len(dropped) > 1)}"
+        statics = f", and the {still} truncation vectors that mix them act statically" if still else ""
+        if ATTACHMENT in body.modes.kind:
+            statics += f", and {ATTACHMENT} modes, which mix them, resonate elsewhere"
         said.append(
             f"the body drops {count} in the band ({shown} Hz), whose resonances are "
             f"missing{statics}; keep them, with 'frequency < {top:.4g} Hz'"
