@@ -71,18 +71,19 @@ def limits_of_validity(body: FlexibleBody, equations: ModalEquations) -> list[st
     >>> from modalprep.response.modal import modal_equations
     >>> beam = uniform_beam(modes=2)
     >>> limits_of_validity(beam, modal_equations(beam, ["base.y"], 0.01))[0][:51]
-    'the modes have 92.8 % of the effective mass for bas'
+    'the modes have 61.3 % of the effective mass for bas'
     """
     notes = []
     for name, b in zip(equations.inputs, equations.B.T, strict=True):
-        moved, total = (
-            b @ (equations.M * b),
-            _rigid(body)[DIRECTIONS.index(name.removeprefix(f"{BASE}."))] if name.startswith(f"{BASE}.") else 0.0,
-        )
-        if total > 0 and moved < SHOWN * total:
+        if not name.startswith(f"{BASE}."):
+            continue
+        axis, moved = DIRECTIONS.index(name.removeprefix(f"{BASE}.")), b @ (equations.M * b)
+        total, held = _rigid(body)[axis], 0.0 if body.modes.held is None else body.modes.held[axis]
+        if total > 0 and moved + held < SHOWN * total:
+            at_base = f" and the held root {100 * held / total:.1f} %" if held > 0 else ""
             notes.append(
-                f"the modes have {100 * moved / total:.1f} % of the effective mass for {name}; the rest moves with "
-                "the base as if it were rigid"
+                f"the modes have {100 * moved / total:.1f} % of the effective mass for {name}{at_base}; the rest moves "
+                "with the base as if it were rigid"
             )
     still = [name for name, x in body.recovery.items() if not x.moves]
     if still:
