@@ -55,11 +55,6 @@ def flexible_body(
     provenance : dict of str
         Added to the source of the mesh.
 
-    Warns
-    -----
-    ModalprepWarning
-        Of a size, mass or frequency that suggests a wrong unit.
-
     Returns
     -------
     FlexibleBody
@@ -69,6 +64,11 @@ def flexible_body(
     ------
     InputError
         When the damping is negative or the basis belongs to another model.
+
+    Warns
+    -----
+    ModalprepWarning
+        Of a size, mass or frequency that suggests a wrong unit.
 
     References
     ----------

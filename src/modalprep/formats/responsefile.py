@@ -72,6 +72,11 @@ def _figures(response: Response) -> dict[str, np.ndarray]:
 def read_response(path: str | Path) -> Response:
     """Read a response that `write_response` wrote.
 
+    Returns
+    -------
+    Response
+        As it was written.
+
     Raises
     ------
     InputError

@@ -59,11 +59,23 @@ class Verdict:
 
     @classmethod
     def of(cls, requirements: Iterable[Requirement], warnings: Iterable[str] = ()) -> Verdict:
-        """Return the verdict of requirements and warnings, each warning once."""
+        """Return the verdict of requirements and warnings, each warning once.
+
+        Returns
+        -------
+        Verdict
+            Also of none of them.
+        """
         return cls(tuple(requirements), tuple(dict.fromkeys(warnings)))
 
     def those(self, result: str) -> tuple[Requirement, ...]:
-        """Return the requirements with a result."""
+        """Return the requirements with a result.
+
+        Returns
+        -------
+        tuple of Requirement
+            In their order.
+        """
         return tuple(requirement for requirement in self.requirements if requirement.result == result)
 
     @property
@@ -123,7 +135,13 @@ class Verdict:
         return f"{count} not met: {', '.join(failed[:NAMED])}{more}"
 
     def summary(self) -> dict[str, Any]:
-        """Return the verdict for JSON: the word, every requirement with its result, the warnings."""
+        """Return the verdict for JSON: the word, every requirement with its result, the warnings.
+
+        Returns
+        -------
+        dict
+            Which `read_verdict` reads.
+        """
         rows = [{"name": r.name, "result": r.result, "says": r.says} for r in self.requirements]
         return {"word": self.word, "requirements": rows, "warnings": list(self.warnings)}
 
