@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from fe.abaqus_decks import BEAM, CUBE, NU, SECTION, STEEL, E, displacements
+from structured import box
 
 import modalprep as mp
 
@@ -41,6 +42,24 @@ def test_distributing_couplings(static):
     more += "*COUPLING, CONSTRAINT NAME=k, REF NODE=9, SURFACE=top\n*DISTRIBUTING\n"
     u = static(CUBE + STEEL + more + "*BOUNDARY\n1, 1, 3\n2, 3\n4, 3\n3, 3\n2, 2\n", {(9, 2): 1000.0})
     np.testing.assert_allclose(u[[4, 5, 6, 7, 8], 2], 1000 / E, rtol=1e-9)
+
+
+@pytest.mark.parametrize("nodes", [True, False])
+def test_distributing_couplings_of_faces_weigh_their_area(static, nodes):
+    """The face of a 20-node brick moves as under uniform traction, in CalculiX 2.20 too; a set of nodes does not."""
+    points, cells = box("hexahedron20", (1, 1, 1))
+    text = "*NODE\n" + "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(points, 1)) + "21, .5, .5, 1\n"
+    numbers = [str(k + 1) for k in cells[0][[*range(12), *range(12, 20)]]]
+    text += "*ELEMENT, TYPE=C3D20, ELSET=c\n1, " + ", ".join(numbers[:15]) + ",\n" + ", ".join(numbers[15:]) + "\n"
+    top = [str(k + 1) for k in np.flatnonzero(points[:, 2] == 1)]
+    text += "*NSET, NSET=n\n" + ", ".join(top) + "\n*SURFACE, NAME=top" + (", TYPE=NODE\nn\n" if nodes else "\nc, S2\n")
+    text += STEEL.replace(f"{NU}", "0") + "*SOLID SECTION, ELSET=c, MATERIAL=steel\n"
+    text += "*COUPLING, CONSTRAINT NAME=k, REF NODE=21, SURFACE=top\n*DISTRIBUTING\n"
+    held = "".join(f"{k + 1}, 1, 3\n" for k in np.flatnonzero(points[:, 2] == 0))
+    u = static(text + "*BOUNDARY\n" + held, {(21, 2): 1000.0})
+    even = np.ptp(u[[int(k) - 1 for k in top], 2]) < 1e-9 * abs(u[20, 2])
+    assert even != nodes
+    assert (u[20, 2] == pytest.approx(1000 / E, rel=1e-9)) != nodes
 
 
 FACES = {

@@ -181,6 +181,10 @@ def test_case_control_selects_the_set_of_mpc(read):
 BAD = {
     "rbe1 without um": ("RBE1,9,2,123456,3,1\n", "RBE1 9: its UM is missing"),
     "rbe1 with five": ("RBE1,9,2,12345\n,UM,3,1\n", "it has 5 independent and 1 dependent components"),
+    "rbe3 on a line": (
+        "RBE3,9,,5,123456,1.,123,2,3\n",
+        "its 2 grids lie on one line, so that components 123 determine",
+    ),
     "rbar twice": ("RBAR,9,2,3,123456,,1,23\n", "it has 6 independent and 3 dependent"),
     "rrod without length": ("GRID,12,,1.,0.,0.\nRROD,9,2,12,1\n", "RROD 9: its ends are in one place"),
     "mpc of a scalar point": ("SPOINT,50\nMPC,1,50,0,1.,2,1,1.\nMPC,1,50,0,1.,3,1,1.\n", "grid 50 is a scalar point"),
