@@ -101,6 +101,27 @@ def test_offsets_at_a_corner_stay_their_own():
     np.testing.assert_allclose(arm, [[[0, -0.1, 0]] * 2, [[0.1, 0, 0]] * 2], atol=1e-15)
 
 
+@pytest.mark.parametrize(("kind", "membrane"), SHELLS)
+@pytest.mark.parametrize("offset", [0.02, -0.01])
+def test_flat_shells_with_an_offset_on_a_cylinder_say_what_they_miss(kind, membrane, offset):
+    """The area at a distance e from a radius R is ``1 + e / R`` times that of the nodes: curved shells have it."""
+    shape = Stiffened(radius=0.15, along="", length=0.3)
+    mesh, sections = skin_and_beams(shape, kind, (4, 32), membrane)
+    model = assembled(shape, mesh, {"skin": replace(sections["skin"], offset=offset)})
+    exact = 0.3 * 0.24 * (1 + offset / 0.15) * 0.005 * 2700
+    notes = [note for note in model.notes if "offset" in note]
+    if kind[-1] in "689":
+        assert notes == []
+        assert model.rigid.m == pytest.approx(exact, rel=1e-4)
+    else:
+        (note,) = notes
+        missing = float(note.split(" % too")[0].split()[-1])
+        assert missing == pytest.approx(
+            100 * abs(1 - model.rigid.m / exact), rel=0.1
+        )  # normals at the edges are those of one side
+        assert ("too small" in note) == (offset > 0)
+
+
 def under_beams(kind, **section):
     """Return a warped patch with and without beams on some of its nodes."""
     points, cells = random_surface(kind, 4)

@@ -13,6 +13,7 @@ from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.offset_area import offset_areas
 from modalprep.fe.assembly.parts import Elements, Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.assembly.placing import Placed, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
@@ -112,7 +113,7 @@ def assemble(
     tips = np.array([at[0] for name, at in nodes.items() if interfaces[name].kind == "node"], dtype=int)
     dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()), tips)
     placed = place(mesh, interfaces, nodes, at, dof, held)
-    more += [*placed.notes, *hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
+    more += [*placed.notes, *hidden_hinges(mesh, parts), *offset_areas(mesh, parts), *_odd_units(mesh, parts)]
     rule = MassRule(mass, mesh.coupled_mass)
     return _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
 
