@@ -213,7 +213,7 @@ def held_mass(model: FEModel) -> np.ndarray:
 
     References
     ----------
-    Theory 3. A. Girard and N. Roy, Structural Dynamics in Industry (2008), on effective and residual masses.
+    Theory 3.3. A. Girard and N. Roy, Structural Dynamics in Industry (2008), on effective and residual masses.
 
     Examples
     --------

@@ -39,7 +39,7 @@ def gravity_reactions(body: FlexibleBody, held: Sequence[str] = ()) -> np.ndarra
 
     References
     ----------
-    Theory 4.
+    Theory 4.9.
 
     Examples
     --------
