@@ -14,7 +14,7 @@ from modalprep.multibody.evaluation.impact import Impact
 from modalprep.report import write_run_page
 from modalprep.report.run_page.channels import UNITS, channel_unit
 from modalprep.report.run_page.curves import ABOVE, BELOW, HEIGHT, MOST, ROOM, curves
-from modalprep.report.run_page.parts import extremes
+from modalprep.report.run_page.parts import audit_rows, extremes
 
 
 def words(page):
@@ -57,6 +57,17 @@ def test_failed_audits_fail_the_page(swung, tmp_path):
     assert "the energy balances to" in text
     lost = run.with_(status="diverged", message="it turned over")
     assert "the run did not reach its end: it turned over" in words(write_run_page(lost, tmp_path / "lost.html"))
+
+
+def test_gaps_of_closures_count_while_they_carry_a_force():
+    """Before an event closes it, the parts are 0.25 m apart, which is no error; one that never closes has no gap."""
+    t = np.linspace(0.0, 1.0, 5)
+    force = np.where(t[:, None] > 0.5, [[3.0, 0, 0]], 0.0)
+    channels = {"dock.violation": np.where(t > 0.5, 1e-9, 0.25), "dock.force": force, "dock.torque": 0 * force,
+                "idle.violation": np.full(5, 0.25), "idle.force": 0 * force, "gear.violation": np.full(5, -2e-8),
+                "gear.multiplier": np.ones(5)}  # fmt: skip
+    rows = audit_rows(mp.Result(time=t, channels=channels, status="done", message=""), 1e-6, ())
+    assert {row[0]: row[1] for row in rows[1:]} == {"closure dock": 1e-9, "closure idle": None, "closure gear": 2e-8}
 
 
 def test_extremes_are_those_of_the_channels():

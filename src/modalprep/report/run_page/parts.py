@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 LISTED = 300  # channels of the table of extremes
 DRAWN = 12  # charts of channels
 LARGEST = 12_000_000  # bytes of a film inside the page
+CARRIED = ("force", "torque", "multiplier")  # of closures and couplers
 OPEN = 10  # times of an event that are listed
 EVALUATIONS = {
     "method": "method at the end", "steps": "steps", "evaluations": "evaluations of the equations",
@@ -45,7 +46,7 @@ def the_run(run: Result, settings: Mapping[str, str], notes: Sequence[str]) -> S
 
 
 def _said(value: Any) -> str:
-    return value if isinstance(value, str) else number(float(value), 7)
+    return number(value, 3) if isinstance(value, float) else str(value)
 
 
 def the_system(system: Any) -> list[Section]:
@@ -108,9 +109,18 @@ def audit_rows(run: Result, rtol: float, failed: Sequence[str]) -> list[tuple[An
         if key in run.stats:
             result = FAILED if says in words else PASSED
             rows.append((name, float(run.stats[key]), min(times * rtol, WORST), result, meaning))
-    for name in (name for name in run.channels if name.endswith(".violation")):
-        worst = float(np.max(np.abs(run.channels[name]), initial=0.0))
-        rows.append((f"closure {name.removesuffix('.violation')}", worst, None, "", "largest gap, m or rad"))
+    return [*rows, *_gaps(run)]
+
+
+def _gaps(run: Result) -> list[tuple[Any, ...]]:
+    """Return the largest gap of each closure while it carries a force; before an event closes it there is a gap."""
+    rows: list[tuple[Any, ...]] = []
+    for name in (name.removesuffix(".violation") for name in run.channels if name.endswith(".violation")):
+        carried = [run.channels[key] for part in CARRIED if (key := f"{name}.{part}") in run.channels]
+        closed = np.any([np.abs(x).reshape(len(x), -1).max(axis=1) > 0 for x in carried], axis=0)
+        gaps = np.abs(run.channels[f"{name}.violation"])[closed] if np.any(closed) else np.zeros(0)
+        said = "largest gap while it carries a force, m or rad" if gaps.size else "it carries no force"
+        rows.append((f"closure {name}", float(gaps.max()) if gaps.size else None, None, "", said))
     return rows
 
 
