@@ -24,7 +24,7 @@ from modalprep.report.terminal import print_text
 def printed(draw, width, **options):
     """Return what is printed on a terminal so wide."""
     file = io.StringIO()
-    draw(Console(file=file, width=width, color_system=None, **options))
+    draw(Console(file=file, width=width, height=50, color_system=None, **options))  # a dumb terminal has 80 columns
     return file.getvalue()
 
 
@@ -64,7 +64,7 @@ def words(text):
 def test_tables_fit_the_width_with_whole_words(name):
     """The words are those of a table without limit; that of the modes has fewer columns below `WIDE`."""
     for width in (60, 80, 120):
-        text = printed(TABLES[name], width)
+        text = printed(TABLES[name], width, force_terminal=True)
         assert max(map(len, text.splitlines())) <= width, width
         free = printed(TABLES[name], 1000 if name != "modes" or width >= WIDE else WIDE - 1)
         assert words(text) == words(free), width
@@ -81,7 +81,12 @@ def test_sentences_are_wrapped_at_words_on_a_terminal_and_not_in_a_log():
     said = "the mesh has /a/path/that/is/longer/than/the/terminal and more words than one line"
     lines = printed(lambda console: print_text(said, console), 30, force_terminal=True).splitlines()
     assert " ".join(line.strip() for line in lines) == said
-    assert sum(len(line) > 30 for line in lines) <= 1  # the path, which can be copied
+    assert sum(len(line) > 30 for line in lines) == 1  # the path, which can be copied
+    assert len(lines) == 3
+    long = printed(
+        lambda console: print_text("  /a/path/longer/than/the/terminal is there", console), 20, force_terminal=True
+    )
+    assert long.splitlines() == ["  /a/path/longer/than/the/terminal", "is there"]
     assert printed(lambda console: print_text(said, console), 30) == said + "\n"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from rich import box
@@ -112,7 +113,27 @@ def print_text(text: str | Text, console: Console) -> None:
     >>> print_text("a sentence that goes on", Console(width=10, color_system=None))
     a sentence that goes on
     """
-    console.print(Text.assemble(text), soft_wrap=not console.is_terminal, overflow="ignore", crop=False)
+    whole = Text.assemble(text)
+    for line in whole.divide(_breaks(whole.plain, console.width)) if console.is_terminal else [whole]:
+        line.rstrip()
+        console.print(line, soft_wrap=True)
+
+
+def _breaks(text: str, width: int) -> list[int]:
+    """Return where lines of whole words begin, the first apart; a longer word has a line of its own.
+
+    Examples
+    --------
+    >>> _breaks("a sentence that goes on", 10), _breaks("of /a/long/path/alone here", 6)
+    ([11, 21], [3, 22])
+    """
+    found, start, ends = [], 0, 0
+    for word in re.finditer(r"\S+", text):
+        if word.end() - start > width and ends > start:
+            start = word.start()
+            found.append(start)
+        ends = word.end()
+    return found
 
 
 def print_verdict(verdict: Verdict, console: Console) -> None:
