@@ -105,6 +105,7 @@ def read_response(path: str | Path) -> Response:
             inputs=text["inputs/names"],
             input_values=file["inputs/values"][()],
             notes=tuple(str(file.attrs["notes"]).splitlines()),
+            warnings=tuple(str(file.attrs.get("warnings", "")).splitlines()),
             chosen=text["chosen"],
             **optional,
         )

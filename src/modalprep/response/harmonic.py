@@ -78,7 +78,7 @@ def harmonic_response(
             found.add(block, part, values, _figures(values, f), "peak")
     found.refuse_unmet()
     warnings = missing_modes(body, equations, f[-1])
-    notes = [*warnings, *limits_of_validity(body, equations), *large_deflection(body, equations, q[..., 0])]
+    notes = [*warnings, *limits_of_validity(body, equations, f[-1]), *large_deflection(body, equations, q[..., 0])]
     notes += [*uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
     return Response(
         kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),

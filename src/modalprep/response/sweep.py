@@ -97,7 +97,7 @@ def sweep_response(
         *warnings,
         f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
         *large_deflection(body, equations, swept),
-        *limits_of_validity(body, equations), *uncovered(spectra, lowest, highest),
+        *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest),
         *(f"{block.name} has too many channels for a sweep, which leaves it out" for block in every if block.is_large),
     ]  # fmt: skip
     return Response(

@@ -89,7 +89,8 @@ def transient_response(
             found.add(block, part, values, _figures(values, t), "peak")
     found.refuse_unmet()
     warnings = unresolved(body, equations, damping, h, u, found.peaks, found.chosen)
-    notes = [*warnings, *limits_of_validity(body, equations), *_sampling(inputs, h, t[-1], body), *found.notes()]
+    top = 0.0 if not warnings and not equations.M.all() else None  # truncation vectors show what the rest does
+    notes = [*warnings, *limits_of_validity(body, equations, top), *_sampling(inputs, h, t[-1], body), *found.notes()]
     notes += large_deflection(body, equations, q)
     return Response(
         kind="transient", axis=t, names=tuple(found.names), units=tuple(found.units),

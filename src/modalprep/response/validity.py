@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, TRUNCATION
+from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, TRUNCATION
 from modalprep.response.dropped import BASE, dropped_below
 from modalprep.response.modal import ModalEquations
 
 SHOWN = 0.95  # effective mass in a driven direction below which a note says so
 BEYOND = 0.1  # of the body's size: displacements are linear in the modes to about that
+TELLING = 0.02  # of the force of a rigid body
 SOME = 5  # dropped modes whose frequencies a warning lists
 LOOKED_AT = 20  # points of the axis with the largest bounds, at which the displacement of every node is computed
 
@@ -62,8 +63,8 @@ def missing_modes(body: FlexibleBody, equations: ModalEquations, top: float) -> 
     return said
 
 
-def limits_of_validity(body: FlexibleBody, equations: ModalEquations) -> list[str]:
-    """Return what a user should know of a response: its mass, recoveries and damping.
+def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float | None = None) -> list[str]:
+    """Return what a user should know of a response up to a frequency `top` (Hz): its mass, recoveries and damping.
 
     Examples
     --------
@@ -80,10 +81,12 @@ def limits_of_validity(body: FlexibleBody, equations: ModalEquations) -> list[st
         axis, moved = DIRECTIONS.index(name.removeprefix(f"{BASE}.")), b @ (equations.M * b)
         total, held = _rigid(body)[axis], 0.0 if body.modes.held is None else body.modes.held[axis]
         if total > 0 and moved + held < SHOWN * total:
+            effect = np.inf if top is None else _of_rigid_rest(body, axis, total - moved - held, top) / total
+            right = f", which changes the force there by {100 * effect:.1f} % of a rigid body's at most"
             at_base = f" and the held root {100 * held / total:.1f} %" if held > 0 else ""
             notes.append(
                 f"the modes have {100 * moved / total:.1f} % of the effective mass for {name}{at_base}; the rest moves "
-                "with the base as if it were rigid"
+                f"with the base as if it were rigid{right if effect < TELLING else ''}"
             )
     still = [name for name, x in body.recovery.items() if not x.moves]
     if still:
@@ -91,6 +94,22 @@ def limits_of_validity(body: FlexibleBody, equations: ModalEquations) -> list[st
     if equations.coupled:
         notes.append("damping couples the modes: the coupled equations are solved")
     return notes
+
+
+def _of_rigid_rest(body: FlexibleBody, axis: int, rest: float, top: float) -> float:
+    """Return what the rest of the mass, as dropped modes without damping, would add to a rigid body's force (kg).
+
+    A mode at f_d amplifies its mass by ``1 / (1 - (f / f_d)^2)``; what no candidate has is above the highest of them.
+    """
+    table = body.modes
+    dropped = np.array([kind == FIXED for kind in table.kind], dtype=bool) & ~table.kept
+    known = np.array([kind in (FIXED, FREE) for kind in table.kind], dtype=bool)
+    f = np.append(table.frequency[dropped], table.frequency[known].max(initial=0.0))
+    mass = np.append(table.effective_mass[dropped, axis], max(rest, 0.0))
+    if not np.all(np.isfinite(mass)) or np.any(f <= top):
+        return np.inf
+    ratio = (top / f) ** 2
+    return float(mass @ (ratio / (1 - ratio)))
 
 
 def _rigid(body: FlexibleBody) -> np.ndarray:

@@ -25,6 +25,7 @@ WELL = (
     r"the model has \d+ [\w-]+ modes only",
     r"error against the full model below",
     r"damping couples the modes: the coupled equations are solved",
+    r"as if it were rigid, which changes the force there by",
     r"of which cycles are Rayleigh's, not Dirlik's",
     r"^conventional theory \(without\): ",  # compared on purpose
     r"PARDISO, quicker,",
