@@ -103,12 +103,15 @@ def test_mixed_interfaces_are_said(spans):
 
 
 def test_pseudo_resonances_are_said():
-    """Modes 5 to 8 of a beam dropped: the truncation vectors take over part of them, far below the eighth mode's."""
+    """Modes 5 to 7 of a beam dropped: truncation vectors take over part of them, below the eighth mode, which is kept.
+
+    Where all modes below the truncation vectors are kept, they are a residual above the modes, and nothing is said.
+    """
     model = cantilever_model(20)
-    warned = [n for n in mp.craig_bampton(model, modes=8, keep="effective_mass > 15%").notes
-              if "which they mix" in n]  # fmt: skip
+    warned = [n for n in mp.craig_bampton(model, modes=8, keep=[1, 2, 3, 4, 8]).notes if "which they mix" in n]
     assert len(warned) == 1
-    assert "lie below dropped modes (of 10.6 to 34.29 Hz)" in warned[0]
+    assert "below dropped modes (of 10.6 to " in warned[0]
+    assert not [n for n in mp.craig_bampton(model, modes=8, keep="effective_mass > 15%").notes if "mix" in n]
     assert not [n for n in mp.craig_bampton(model, modes=8).notes if "mix" in n]
     assert not [n for n in mp.craig_bampton(model, modes=8, keep="mode < 8", truncation=()).notes if "mix" in n]
 

@@ -65,10 +65,10 @@ def fewer_modes(found: int, modes: int, kind: str) -> tuple[str, ...]:
 
 
 def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...]:
-    """Warn of a truncation vector among dropped candidates: it combines them and is not a mode."""
-    dropped = candidates.frequency[~candidates.kept]
+    """Warn of a truncation vector between kept modes and among dropped ones: it combines them and is not a mode."""
+    dropped, kept = candidates.frequency[~candidates.kept], candidates.frequency[candidates.kept]
     pseudo = np.sqrt(w2_t) / (2 * np.pi)
-    among = pseudo[pseudo < dropped.max(initial=0.0)]
+    among = pseudo[pseudo < min(dropped.max(initial=0.0), kept.max(initial=0.0))]
     if not len(among):
         return ()
     lowest = f"{_hertz(among.min())} Hz"

@@ -17,7 +17,7 @@ from modalprep.report.body_page.inputs import Inputs, energy_section, inputs_sec
 from modalprep.report.body_page.mass import mass_section
 from modalprep.report.body_page.requirements import body_verdict
 from modalprep.report.body_page.section import Section
-from modalprep.report.explain.body import explain_body
+from modalprep.report.explain.body import describe_body
 from modalprep.report.mac import mac_chart
 from modalprep.report.numbers import number
 from modalprep.report.scene import drawable
@@ -108,7 +108,7 @@ def write_page(
         requirements=[*requirements, *_of_sections(sections)],
     )
     found = [
-        parts.in_short(explain_body(body)),
+        parts.in_short(describe_body(body), verdict),
         parts.overview(body, notes, mesh_picture),
         mass_section(body),
         *parts.requirements(verdict),

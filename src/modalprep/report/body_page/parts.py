@@ -38,11 +38,14 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.envelopes import Envelope
     from modalprep.verdicts.verdict import Verdict
 
+NOTHING = "Nothing speaks against it: it has no warnings."
 FRAME = "The body frame has its {}."
 
 
-def in_short(sentences: Sequence[str]) -> Section:
-    """Return the section of plain sentences with which a page begins."""
+def in_short(sentences: Sequence[str], verdict: Verdict) -> Section:
+    """Return the section of plain sentences with which a page begins; the box above has the reasons of the verdict."""
+    against = f"The box above has {len(verdict.reasons)} reasons not to trust it blindly, and what to change."
+    sentences = [*sentences, against.replace("1 reasons", "1 reason") if verdict.reasons else NOTHING]
     rows = Markup("").join(Markup("<li>{}</li>\n").format(raised(sentence)) for sentence in sentences)
     return Section(title="In short", anchor="in-short", html=Markup("<ul>\n{}</ul>").format(rows))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
@@ -25,10 +27,22 @@ def explain_body(body: FlexibleBody) -> list[str]:
     Its first mode has 0.6044 Hz (1st bending in y).
     In y mode 1 at 0.6044 Hz has most of the mass, 61 %; in z mode 2 at 1.209 Hz, 61 %; no mode moves it in x.
     """
+    return [*describe_body(body), *distrust(warnings_of(body.notes))]
+
+
+def describe_body(body: FlexibleBody) -> list[str]:
+    """Return what a body is, what moves and what dominates, without what speaks against it.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> describe_body(uniform_beam(modes=2))[-1]
+    'Its deflections may reach about 1 m, a tenth of its size; beyond, use several bodies.'
+    """
     found = [_what(body)]
     if body.n:
         found += [_first(body), *_dominant(body), _range(body), _damping(body), _spin(body)]
-    return [*found, _reach(body), *_distrust(warnings_of(body.notes))]
+    return [*found, _reach(body)]
 
 
 def _what(body: FlexibleBody) -> str:
@@ -104,7 +118,14 @@ def _reach(body: FlexibleBody) -> str:
     return f"Its deflections may reach about {BEYOND * size:.2g} m, a tenth of its size; beyond, use several bodies."
 
 
-def _distrust(found: tuple[str, ...]) -> list[str]:
+def distrust(found: Sequence[str]) -> list[str]:
+    """Return a sentence for each reason not to trust a result, or one that there is none.
+
+    Examples
+    --------
+    >>> distrust(["its size is implausible"]), distrust([])
+    (['Do not trust it blindly: its size is implausible.'], ['Nothing speaks against it: it has no warnings.'])
+    """
     if not found:
         return ["Nothing speaks against it: it has no warnings."]
     return [f"Do not trust it blindly: {note}." for note in found]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.report.explain.body import distrust
 from modalprep.response.result import Response
 from modalprep.verdicts.notes import warnings_of
 
@@ -29,8 +30,7 @@ def explain_response(response: Response) -> list[str]:
     unit = "s" if response.kind == "transient" else "Hz"
     span = f"{len(response.axis)} points from {response.axis[0]:.4g} to {response.axis[-1]:.4g} {unit}"
     start = f"{KINDS[response.kind]} to {', '.join(response.inputs)} has {span} and {len(response.peaks)} channels."
-    warned = [f"Do not trust it blindly: {note}." for note in warnings_of(response.notes)]
-    return [start, *_largest(response), _margins(response), *(warned or ["Nothing speaks against it: no warnings."])]
+    return [start, *_largest(response), _margins(response), *distrust(warnings_of(response.notes))]
 
 
 def _largest(response: Response) -> list[str]:

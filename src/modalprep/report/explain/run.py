@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.multibody.results.result import Result
+from modalprep.report.explain.body import distrust
 from modalprep.verdicts.notes import warnings_of
 
 PARTS = {"kinetic": "kinetic energy", "strain": "strain energy", "gravity": "energy in gravity", "stored": "energy of "
@@ -23,9 +24,18 @@ def explain_run(run: Result) -> list[str]:
     The run reached its end, t = 1 s.
     hinge.angle moves most of the joints: from 0 to 0.5 rad.
     """
-    found = [_end(run), *_joints(run), *_bending(run), *_energy(run), *_balance(run), *_effort(run)]
-    warned = [f"Do not trust it blindly: {note}." for note in warnings_of(run.notes)]
-    return [*found, *(warned or ["Nothing speaks against it: it has no warnings."])]
+    return [*describe_run(run), *distrust(warnings_of(run.notes))]
+
+
+def describe_run(run: Result) -> list[str]:
+    """Return how a run ended, what moves and what dominates, without what speaks against it.
+
+    Examples
+    --------
+    >>> describe_run(Result(time=np.zeros(1), channels={}, status="done", message=""))
+    ['The run reached its end, t = 0 s.']
+    """
+    return [_end(run), *_joints(run), *_bending(run), *_energy(run), *_balance(run), *_effort(run)]
 
 
 def _end(run: Result) -> str:

@@ -14,7 +14,7 @@ from modalprep.report.body_page.frame import page_text
 from modalprep.report.body_page.inputs import Inputs, inputs_section
 from modalprep.report.body_page.requirements import of_envelopes
 from modalprep.report.body_page.section import Section
-from modalprep.report.explain.run import explain_run
+from modalprep.report.explain.run import describe_run
 from modalprep.report.numbers import number
 from modalprep.report.run_page import parts
 from modalprep.report.run_page.channels import shown_channels
@@ -104,7 +104,7 @@ def write_run_page(
         met = [*audits(run, rtol, mass), *of_envelopes(envelopes), *(r for part in sections for r in part.requirements)]
         verdict = Verdict.of(met, warnings_of(told))
     found = [
-        body_parts.in_short(explain_run(run)),
+        body_parts.in_short(describe_run(run), verdict),
         *body_parts.requirements(verdict),
         parts.the_run(
             run,
