@@ -175,7 +175,7 @@ def test_check_command(project, tmp_path, capsys):
     capsys.readouterr()
     file = mp.write_body(uniform_beam(modes=2).with_(m=11.0), tmp_path / "light.h5")
     assert main(["check", str(file)]) == 1
-    assert "FAILED  mass and inertia" in capsys.readouterr().out
+    assert "FAILED mass and inertia" in capsys.readouterr().out
     assert main(["check", str(file), "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["passed"] is False
 

@@ -110,7 +110,7 @@ def test_check(body, tmp_path, capsys):
     good = mp.read_body(body)
     wrong = mp.write_body(good.with_(P=1.1 * good.P), tmp_path / "wrong.h5")
     assert main(["check", str(wrong)]) == 1
-    assert "FAILED  modal mass" in capsys.readouterr().out
+    assert "FAILED modal mass" in capsys.readouterr().out
     assert main(["check", str(wrong), "--json"]) == 1
     report = {c["name"]: c["passed"] for c in json.loads(capsys.readouterr().out)["checks"]}
     assert report["modal mass"] is False

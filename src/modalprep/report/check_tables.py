@@ -88,13 +88,13 @@ def check_table(report, console: Console) -> None:
     PASS: ...
     """
     rich = plain_table()
-    rich.add_column("        check", no_wrap=True)
+    rich.add_column("       check", no_wrap=True)
     for name in ("value", "limit"):
         rich.add_column(name, justify="right", no_wrap=True)
     rich.add_column("meaning", overflow="fold", ratio=1)
     for check in report.checks:
-        mark = Text("ok", "green") if check.within else Text("warning") if check.passed else Text("FAILED", "bold red")
-        mark.pad_right(max(1, len("warning ") - len(mark)))
+        mark = Text("ok", "green") if check.within else Text("warn") if check.passed else Text("FAILED", "bold red")
+        mark.pad_right(len("FAILED ") - len(mark))
         rich.add_row(mark + Text(check.name), f"{check.value:.1e}", f"{check.limit:.0e}", Text(check.meaning))
     console.print(Text.assemble(("Checks of ", "bold"), (report.subject, "bold"), (": relative errors", "dim")))
     print_table(rich, console)

@@ -30,6 +30,8 @@ WELL = (
     r"^conventional theory \(without\): ",  # compared on purpose
     r"PARDISO, quicker,",
     r"is not audited",
+    r"^pictures not drawn: ",
+    r"coordinates are kept; they represent at least",
 )
 P = ParamSpec("P")
 R = TypeVar("R")
