@@ -97,7 +97,8 @@ def _damping(body: FlexibleBody) -> str:
     if not high > 0:
         return "It has no damping: resonances grow without bound; give 'damping', 0.005 to 0.03 for most structures."
     span = f"{high:.3g} %" if high - low < 0.01 * high else f"{low:.3g} to {high:.3g} %"
-    return f"Its damping is {span} of critical, so that a resonance amplifies {50 / high:.3g} times or more."
+    least = "about" if high - low < 0.01 * high else "at least"
+    return f"Its damping is {span} of critical: a resonance amplifies {least} {50 / high:.3g} times."
 
 
 def _spin(body: FlexibleBody) -> str:

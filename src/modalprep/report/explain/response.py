@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.report.explain.body import distrust
+from modalprep.report.numbers import quantity
 from modalprep.response.result import Response
 from modalprep.verdicts.notes import warnings_of
 
@@ -41,7 +42,7 @@ def _largest(response: Response) -> list[str]:
                    if key in peak.figures), "")  # fmt: skip
         if peak.unit not in most or peak.largest > most[peak.unit][1]:
             most[peak.unit] = (peak.channel, peak.largest, at)
-    listed = [f"{name} reaches {value:.4g} {unit}{at}" for unit, (name, value, at) in list(most.items())[:SHOWN]]
+    listed = [f"{name} reaches {quantity(value, unit)}{at}" for unit, (name, value, at) in list(most.items())[:SHOWN]]
     return [f"Of each unit the largest: {'; '.join(listed)}."] if listed else []
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from modalprep.multibody.results.result import Result
 from modalprep.report.explain.body import distrust
+from modalprep.report.numbers import quantity
 from modalprep.verdicts.notes import warnings_of
 
 PARTS = {"kinetic": "kinetic energy", "strain": "strain energy", "gravity": "energy in gravity", "stored": "energy of "
@@ -69,7 +70,10 @@ def _energy(run: Result) -> list[str]:
     if not size or not max(size.values()) > 0:
         return []
     first = sorted(size, key=lambda text: -size[text])[:2]
-    return [f"Its {first[0]} changes most, by {size[first[0]]:.4g} J, then its {first[1]}, by {size[first[1]]:.4g} J."]
+    return [
+        f"Its {first[0]} changes most, by {quantity(size[first[0]], 'J')}, then its "
+        f"{first[1]}, by {quantity(size[first[1]], 'J')}."
+    ]
 
 
 def _balance(run: Result) -> list[str]:
