@@ -113,7 +113,7 @@ def test_the_warning_names_the_dropped_modes(mixed):
     assert found.warnings[0].startswith("the body drops 3 modes in the band (3.788, 7.569, 10.62 Hz)")
     assert "the 2 truncation vectors that mix them act statically" in found.warnings[0]
     assert set(found.warnings) <= set(found.notes)
-    assert harmonic_response(body, {"tip.y": 1.0}, [0.1, 1.2], damping=0.01).warnings == ()
+    assert harmonic_response(body, {"tip.y": 0.1}, [0.1, 1.2], damping=0.01).warnings == ()
 
 
 def test_a_mode_that_the_base_does_not_excite_is_not_missed(mixed):

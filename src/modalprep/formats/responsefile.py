@@ -46,7 +46,7 @@ def write_response(response: Response, path: str | Path) -> Path:
     path = Path(path)
     with writing(path) as file:
         file.attrs.update(format=RESPONSE, format_version=1, units="SI", kind=response.kind)
-        file.attrs.update(notes="\n".join(response.notes), warnings="\n".join(response.warnings))
+        file.attrs["notes"] = "\n".join(response.notes)
         arrays = {"axis": response.axis, "curves": response.values, "inputs/values": response.input_values}
         arrays |= {"weight": response.weight, "steady": response.steady} | _figures(response)
         for name, values in arrays.items():
@@ -105,7 +105,6 @@ def read_response(path: str | Path) -> Response:
             inputs=text["inputs/names"],
             input_values=file["inputs/values"][()],
             notes=tuple(str(file.attrs["notes"]).splitlines()),
-            warnings=tuple(str(file.attrs.get("warnings", "")).splitlines()),
             chosen=text["chosen"],
             **optional,
         )

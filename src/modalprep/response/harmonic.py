@@ -83,7 +83,7 @@ def harmonic_response(
     return Response(
         kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=u, notes=(*notes, *found.notes()), warnings=tuple(warnings), chosen=found.chosen,
+        input_values=u, notes=(*notes, *found.notes()), chosen=found.chosen,
     )  # fmt: skip
 
 

@@ -96,7 +96,7 @@ def random_response(
     return Response(
         kind="random", axis=f, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=density, weight=weight, notes=tuple(notes), warnings=tuple(warnings), chosen=found.chosen,
+        input_values=density, weight=weight, notes=tuple(notes), chosen=found.chosen,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.response.channels import MOST, Block, channel_name
 from modalprep.suggest import suggestion
-from modalprep.verdicts.notes import with_warnings
+from modalprep.verdicts.notes import warnings_of, with_warnings
 
 PARTS = ("force", "moment", "acceleration", "angular_acceleration", "displacement", "rotation")  # of interfaces
 FULL = 200_000_000  # numbers of all curves in memory
@@ -90,8 +90,6 @@ class Response(Record):
         Of a sweep: magnitudes of the harmonic response at the same frequencies.
     notes : tuple of str
         What was left out or approximated.
-    warnings : tuple of str
-        Those of the notes that say that values may be wrong, such as modes of the band that the body has not.
     chosen : tuple of str
         The channels that were asked for, or their beginnings; none is all.
 
@@ -119,8 +117,12 @@ class Response(Record):
     weight: np.ndarray | None = None
     steady: np.ndarray | None = None
     notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
     chosen: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Those of the notes that say that values may be wrong, such as modes of the band that the body has not."""
+        return warnings_of(self.notes)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the curve of a channel.

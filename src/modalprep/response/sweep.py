@@ -104,7 +104,7 @@ def sweep_response(
         kind="sweep", axis=f[rising], names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
         input_values=np.stack([x.at(f[rising]) for x in spectra.values()], axis=1),
-        steady=found.stacked(found.steady, len(f)), notes=tuple(notes), warnings=tuple(warnings), chosen=found.chosen,
+        steady=found.stacked(found.steady, len(f)), notes=tuple(notes), chosen=found.chosen,
     )  # fmt: skip
 
 

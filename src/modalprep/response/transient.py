@@ -95,7 +95,7 @@ def transient_response(
     return Response(
         kind="transient", axis=t, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(t)), peaks=tuple(found.peaks), inputs=tuple(inputs),
-        input_values=u, notes=tuple(notes), warnings=tuple(warnings), chosen=found.chosen,
+        input_values=u, notes=tuple(notes), chosen=found.chosen,
     )  # fmt: skip
 
 

@@ -125,8 +125,8 @@ def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> tuple[Re
         return response, None
     cut = notched_input(table, response, body, folder)
     found = _driven_by(lowered(inputs, cut), table.model_copy(update={"refine": False}), body, cut.frequency)
-    warnings, notes = too_shallow(cut), excess(table, found, body, folder, inputs, cut)
-    return found.with_(notes=(*warnings, *found.notes, *notes), warnings=(*warnings, *found.warnings)), cut
+    notes = (*too_shallow(cut), *found.notes, *excess(table, found, body, folder, inputs, cut))
+    return found.with_(notes=notes), cut
 
 
 def _driven_by(
