@@ -174,3 +174,11 @@ def test_a_warning_is_said_once_at_the_line_of_the_user(project):
     assert {each.filename for each in caught} == {__file__}
     assert "did you mean 2.7e-09 t/mm^3?" in repr(model)
     assert "did you mean 2.7e-09 t/mm^3?" in repr(body)
+
+
+def test_a_check_that_fails_is_heard():
+    from modalprep.examples import uniform_beam
+
+    beam = uniform_beam(modes=2)
+    with pytest.warns(mp.ModalprepWarning, match="check of 'beam': modal damping: .*D is not negative"):
+        mp.check_body(beam.with_(D=-beam.frequency))

@@ -12,7 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix, rigid_mass_matrix
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
-from modalprep.verdicts.notes import warnings_of
+from modalprep.verdicts.notes import warn, warnings_of
 from modalprep.verdicts.verdict import FAILED, PASSED, Requirement, Verdict
 
 if TYPE_CHECKING:
@@ -201,10 +201,10 @@ def check_body(body: FlexibleBody) -> list[Check]:
     refuse_other("check_body: the body", FlexibleBody, body)
     with np.errstate(all="ignore"):  # what is not finite does not pass
         bent = float(np.max([indefinite(body, BENT * q) for q in deflections(body)], initial=0.0))
-    return [
-        *check_identities(body),
-        Check("mass matrix, bent", bent, IDENTITY, f"and with deflections of {BENT:.0%} of the body's size"),
-    ]
+    meaning = f"and with deflections of {BENT:.0%} of the body's size"
+    checks = [*check_identities(body), Check("mass matrix, bent", bent, IDENTITY, meaning)]
+    warn(f"check of {body.name!r}: {check.name}: {check.says}" for check in checks if not check.within)
+    return checks
 
 
 def check_identities(body: FlexibleBody) -> list[Check]:
