@@ -182,3 +182,12 @@ def test_a_check_that_fails_is_heard():
     beam = uniform_beam(modes=2)
     with pytest.warns(mp.ModalprepWarning, match="check of 'beam': modal damping: .*D is not negative"):
         mp.check_body(beam.with_(D=-beam.frequency))
+
+
+def test_a_run_alone_keeps_the_margin_that_is_required(job, capsys):
+    """`simulate` builds the body and does not judge it, but its recoveries have a margin."""
+    limit = '\n[recovery.wall]\nkind = "reaction"\nallowable = "50 kN"\n\n[require]\nmargin = 1e3\n'
+    assert main(["simulate", job({}, SWING + limit), "--json"]) == 1
+    rows = {each["name"]: each for each in json.loads(capsys.readouterr().out)["verdict"]["requirements"]}
+    assert rows["least margin"]["result"] == "FAILED"
+    assert rows["least margin"]["says"].endswith("must be at least 1000")

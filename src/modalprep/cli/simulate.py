@@ -68,11 +68,13 @@ def simulate(
         refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
     how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
     done = simulate_pipeline(file, output, reporter, target=target, **how)
-    outcome = Outcome(target.parent if target else output_folder(file, output), simulated=done, notes=list(done.notes))
+    folder, asked = target.parent if target else output_folder(file, output), pipeline.require
+    outcome = Outcome(folder, simulated=done, notes=list(done.notes), require=asked)
     outcome.plots = plot_runs(file, pipeline, done, outcome.folder, reporter)
     if pipeline.srs or pipeline.fatigue:
         outcome.strength = _strength(file, pipeline, done, outcome.folder, reporter)
         outcome.sections = strength_sections(outcome.strength)
+        outcome.notes += outcome.strength.notes
     _pictures(file, pipeline, outcome, (animate, colour, vtu), reporter)
     if report:
         more = {"plots": outcome.plots, "film": outcome.film, "sections": outcome.sections}

@@ -82,15 +82,15 @@ class Outcome:
         )
 
     def _required(self) -> list[Requirement]:
-        """Return the requirements of [require]."""
-        if self.require is None or self.built is None:
+        """Return the requirements of [require]; those on the body only where it was built."""
+        if self.require is None:
             return []
         from modalprep.pipeline.responses.required import required_margin, required_of_body
 
         envelopes = self.simulated.envelopes if self.simulated else ()
         rows = [row["margin"] for envelope in envelopes for row in envelope.worst()]
         rows += [peak.margin for found in self.responses for peak in found.response.worst()]
-        of_body = required_of_body(self.require, self.built.body, self.built.error)
+        of_body = required_of_body(self.require, self.built.body, self.built.error) if self.built else []
         return [*of_body, *required_margin(self.require, rows)]
 
 
