@@ -16,6 +16,7 @@ from modalprep.labelled import labelled
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, suggestion
+from modalprep.verdicts.notes import with_warnings
 
 if TYPE_CHECKING:
     import pandas
@@ -89,7 +90,8 @@ class Ensemble(Record):
         """Numbers of cases by their status, span of time, number of channels."""
         counts = [f"{self.status.count(name)} {name}" for name in dict.fromkeys(self.status)]
         span = f"{self.time[0]:.4g}..{self.time[-1]:.4g} s in {len(self.time)} times"
-        return f"Ensemble({len(self)} cases: {', '.join(counts)}; {span}, {len(self.channels)} channels)"
+        text = f"Ensemble({len(self)} cases: {', '.join(counts)}; {span}, {len(self.channels)} channels)"
+        return with_warnings(text, self.notes)
 
     def _repr_html_(self) -> str:
         """Return the percentiles of the final values as an HTML table."""

@@ -22,6 +22,7 @@ from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_name, refuse_other, refuse_unknown
+from modalprep.verdicts.notes import with_warnings
 
 LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
 
@@ -96,14 +97,12 @@ class System(Record):
         parts = [f"{bodies} bod{'y' if bodies == 1 else 'ies'} with {modes} mode{'s' * (modes != 1)}"]
         named = {"joint": self.joints, "load": self.loads, "closure": self.closures, "depletion": self.depletions}
         parts += [f"{len(values)} {name}{'s' * (len(values) != 1)}" for name, values in named.items() if values]
-        return f"System({', '.join(parts)}{', in orbit' if self.orbit else ''})"
+        return with_warnings(f"System({', '.join(parts)}{', in orbit' if self.orbit else ''})", self.notes)
 
     def _repr_html_(self) -> str:
         """Return the joints with the bodies they carry as an HTML table."""
-        rows = []
-        for name in self.order:
-            joint, body = self.carrier(name), self.bodies[name]
-            rows.append([joint.name, joint.type, joint.parent, joint.child, float(body.m), body.n])
+        carried = [(self.carrier(name), self.bodies[name]) for name in self.order]
+        rows = [[a.name, a.type, a.parent, a.child, float(body.m), body.n] for a, body in carried]
         return html_table(repr(self), ["joint", "type", "parent", "child", "mass of the child, kg", "modes"], rows)
 
     def with_(self, **changes: Any) -> System:
