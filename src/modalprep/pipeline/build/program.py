@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from modalprep import __version__
+import modalprep
 
 NUMERICAL = ("numpy", "scipy", "mkl")  # packages whose version may change results by round-off
 
@@ -36,7 +36,8 @@ def program() -> dict[str, str]:
     >>> {"modalprep", "numpy", "python", "sources_sha256"} <= set(program())
     True
     """
-    found = {"modalprep": __version__, "sources_sha256": _sources(), "python": platform.python_version()}
+    sources = sources_digest(Path(modalprep.__file__).parent)
+    found = {"modalprep": modalprep.__version__, "sources_sha256": sources, "python": platform.python_version()}
     for name in NUMERICAL:
         try:
             found[name] = version(name)
@@ -45,8 +46,15 @@ def program() -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def _sources() -> str:
-    root, total = Path(__file__).parent.parent, hashlib.sha256()
+def sources_digest(root: Path) -> str:
+    """Return the SHA-256 of the names and contents of all Python files below the folder of a package.
+
+    Examples
+    --------
+    >>> len(sources_digest(Path(modalprep.__file__).parent / "verdicts"))
+    64
+    """
+    total = hashlib.sha256()
     for file in sorted(root.rglob("*.py")):
         total.update(f"{file.relative_to(root).as_posix()} {file_digest(file)}\n".encode())
     return total.hexdigest()
