@@ -50,8 +50,9 @@ def block_model():
 
     Examples
     --------
-    >>> block_model()
+    >>> block_model()  # doctest: +ELLIPSIS
     FEModel(8 nodes, 45 DOFs, m=7956.78 kg; interfaces root)
+      warning: hidden hinge: ...
     """
     from modalprep.fe.assembly.assemble import assemble
     from modalprep.fe.links.interface import Interface

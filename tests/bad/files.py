@@ -740,7 +740,6 @@ COMMANDS = [
     ("export body.h5 --to sid -o again.sid_fem", linked, "again.sid_fem", OVERWRITES),
     ("export body.fem --to mbdyn", named("body.h5", "body.fem"), "body.fem", OVERWRITES),
     ("render body.png -o body.png", named("body.h5", "body.png"), "body.png", OVERWRITES),
-    ("modes body.html", named("body.h5", "body.html"), "body.html", OVERWRITES),
     ("quality plate.png --picture plate.png", named("plate.vtu", "plate.png"), "plate.png", OVERWRITES),
     ("quality plate.toml --picture plate.inp", lambda folder: None, "plate.inp", OVERWRITES),
     *(

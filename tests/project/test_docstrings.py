@@ -101,7 +101,7 @@ def test_formulas_have_a_source(name):
 
 @pytest.mark.parametrize("name", public_homes())
 def test_sections_of_docstrings_are_in_the_order_of_numpy(name):
-    order = ["Parameters", "Attributes", "Returns", "Raises", "Notes", "References", "Examples"]
+    order = ["Parameters", "Attributes", "Returns", "Raises", "Warns", "Notes", "References", "Examples"]
     for key, documented in [(name, public(name)), *functions(name)]:
         text = inspect.getdoc(documented)
         found = [title for title, rule in re.findall(r"^(\w+)\n(-+)$", text, re.MULTILINE) if len(title) == len(rule)]

@@ -258,7 +258,7 @@ def _identities(body: FlexibleBody) -> list[Check]:
 def _largest(body: FlexibleBody) -> float:
     """Return the largest number of the modes and of the geometric stiffness, made dimensionless."""
     places = np.vstack([body.points, body.interface_position])
-    size, root = float(np.ptp(places, axis=0).max()) or 1.0, np.sqrt(body.m)
+    size, root = np.ptp(places, axis=0).max() or np.float64(1.0), np.sqrt(body.m)
     parts = [body.Kg_W, body.Kg_A * size, body.Kg_F * (body.m * size), body.Kg_T * (body.m * size**2)]
     parts += [body.phi * root, body.shape * root, body.psi * (root * size)]
     parts += [] if body.T is None else [body.T * (root * size)]

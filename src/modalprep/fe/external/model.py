@@ -105,8 +105,9 @@ def model_from_matrices(
     >>> from modalprep.examples import cantilever_model
     >>> from modalprep.fe.links.interface import Interface
     >>> beam = cantilever_model(4)
-    >>> model_from_matrices(beam.K, beam.M, beam.points, interfaces={"root": Interface(node=1, kind="node")})
-    FEModel(5 nodes, 30 DOFs, m=12 kg; interfaces root)
+    >>> model = model_from_matrices(beam.K, beam.M, beam.points, interfaces={"root": Interface(node=1, kind="node")})
+    >>> round(model.rigid.m, 9), model.notes[0][:23]
+    (12.0, 'no geometric stiffness:')
     """
     length, mass = unit_factors(length_unit, mass_unit)
     mesh = nodes.with_(links=(), equations=()) if isinstance(nodes, Mesh) else cloud(nodes, length)
