@@ -201,9 +201,11 @@ def compile_assembly() -> None:
     from modalprep.body.checks import check_body
     from modalprep.examples import block_model
     from modalprep.reduction.craig_bampton import craig_bampton
+    from modalprep.verdicts.notes import silent
 
-    model = block_model()
-    check_body(flexible_body(model, craig_bampton(model, modes=2), name="block"))
+    with silent():
+        model = block_model()
+        check_body(flexible_body(model, craig_bampton(model, modes=2), name="block"))
 
 
 def compile_rigid() -> None:
@@ -218,14 +220,20 @@ def compile_flexible() -> None:
 
 def _compile_solver(bodies: str) -> None:
     """Compile the solver for the systems of :func:`small_systems` whose bodies are "rigid" or "flexible"."""
+    from functools import partial
+
     from modalprep.examples import small_systems
     from modalprep.jit import when_compiling
     from modalprep.multibody.evaluation.equations_of_motion import EquationsOfMotion
     from modalprep.multibody.simulate import simulate as integrate
     from modalprep.pipeline.console import Reporter
+    from modalprep.verdicts.notes import silent
 
-    for name, system in small_systems().items():
+    with silent():
+        systems = small_systems()
+    for name, system in systems.items():
         if name.startswith(bodies):
-            with when_compiling(lambda name=name: Reporter().say(f"compiling for {name} ..."), "modalprep.multibody"):
+            say = partial(Reporter().say, f"compiling for {name} ...")
+            with silent(), when_compiling(say, "modalprep.multibody"):
                 integrate(system, t_end=1e-3)
                 EquationsOfMotion(system)

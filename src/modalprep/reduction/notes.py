@@ -117,7 +117,11 @@ def interface_boundaries(model: FEModel, truncation: Sequence[str]) -> tuple[str
             f"mixed interfaces: {', '.join(names['fixed'])} fixed, with constraint modes; {', '.join(names['free'])} "
             "free, moving with the modes"
         )
-    if names["free"] and "interfaces" not in truncation:
+    chosen = [name for name in truncation if name not in ("interfaces", "inertia")]
+    if names["free"] and "interfaces" not in truncation and chosen:
+        listed = ", ".join(names["free"])
+        said.append(f"interface {listed} is free: static responses are exact for the loads {', '.join(chosen)} alone")
+    elif names["free"] and "interfaces" not in truncation:
         said.append(
             f"interface {', '.join(names['free'])} is free and truncation_vectors leaves out 'interfaces': its static "
             "responses are only those of the kept modes"
