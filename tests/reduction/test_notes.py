@@ -12,6 +12,7 @@ from modalprep.reduction.clamped import clamp
 from modalprep.reduction.free_interface_basis import free_interface
 from modalprep.reduction.notes import dropped_in_band
 from modalprep.reduction.selection import select
+from modalprep.verdicts.notes import kind_of
 
 FOUND = re.compile(r"all (\d+) (.+) modes below ([\d.]+) Hz were found \((.+)\)")
 
@@ -100,6 +101,13 @@ def test_mixed_interfaces_are_said(spans):
     assert "mixed interfaces: middle fixed, with constraint modes; tip free, moving with the modes" in notes
     assert any("interface tip is free and truncation_vectors leaves out 'interfaces'" in note for note in notes)
     assert not [n for n in mp.craig_bampton(cantilever_model(5), modes=2).notes if "interfaces" in n]
+    push = np.zeros(spans.n_dof)
+    push[spans.dof[-1, 1]] = 1.0
+    (said,) = (
+        n for n in mp.craig_bampton(spans, modes=4, truncation=("push",), loads={"push": push}).notes if "exact" in n
+    )
+    assert said == "interface tip is free: static responses are exact for the loads push alone"
+    assert kind_of(said) == "notes"
 
 
 def test_pseudo_resonances_are_said():
