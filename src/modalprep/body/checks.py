@@ -117,10 +117,8 @@ class CheckReport(Record):
             Plain JSON, by the names of the fields.
         """
         rows = [c.row() for c in self.checks]
-        return {"subject": self.subject, "passed": self.passed, "checks": rows} | {
-            "notes": list(self.notes),
-            "verdict": self.verdict.summary(),
-        }
+        found = {"subject": self.subject, "passed": self.passed, "checks": rows, "notes": list(self.notes)}
+        return found | {"verdict": self.verdict.summary()}
 
 
 def required_checks(checks: Iterable[Check]) -> list[Requirement]:

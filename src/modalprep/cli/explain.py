@@ -20,7 +20,7 @@ def explain(
 ) -> None:
     """Explain a body, run, response or batch in plain words.
 
-    They say what moves, what dominates, what is not trustworthy and why, and what to change.
+    The sentences say what moves, what dominates, what is not trustworthy and why, and what to change.
     """
     from modalprep.pipeline.console import Reporter
     from modalprep.report.explain.file import explain_file

@@ -77,8 +77,8 @@ def harmonic_response(
             values = s if block.mises is None else np.concatenate([s, largest_mises(s, block.mises)[..., None]], axis=2)
             found.add(block, part, values, _figures(values, f), "peak")
     found.refuse_unmet()
-    warnings = missing_modes(body, equations, f[-1])
-    notes = [*warnings, *limits_of_validity(body, equations, f[-1]), *large_deflection(body, equations, q[..., 0])]
+    notes = [*missing_modes(body, equations, f[-1]), *limits_of_validity(body, equations, f[-1])]
+    notes += large_deflection(body, equations, q[..., 0])
     notes += [*uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
     return Response(
         kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),

@@ -87,8 +87,8 @@ def random_response(
             S = _densities(part.values(q, qdd, u), block.mises)
             found.add(block, part, S, _figures(S, f, weight), "three_sigma")
     found.refuse_unmet()
-    warnings = missing_modes(body, equations, high)
-    notes = [*warnings, *limits_of_validity(body, equations, high), *uncovered(spectra, low, high), *found.notes()]
+    notes = [*missing_modes(body, equations, high), *limits_of_validity(body, equations, high)]
+    notes += [*uncovered(spectra, low, high), *found.notes()]
     sigma = np.sqrt(np.tensordot(weight, (np.abs(q) ** 2).sum(-1), 1))
     notes += large_deflection(body, equations, 3 * np.diag(sigma), "deflects in one mode, at three sigma,")
     if any(block.kind == "stress" for block in body.recovery.values()):

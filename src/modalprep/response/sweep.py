@@ -92,9 +92,8 @@ def sweep_response(
         found.add(block, block, largest[k][rising], figures, "peak", steady[k])
     found.refuse_unmet()
     error = (2 * np.pi / samples) ** 2 / 8
-    warnings = missing_modes(body, equations, highest)
     notes = [
-        *warnings,
+        *missing_modes(body, equations, highest),
         f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
         *large_deflection(body, equations, swept),
         *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.quality.effective_mass import totals
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, TRUNCATION
 from modalprep.response.dropped import BASE, dropped_below
 from modalprep.response.modal import ModalEquations
@@ -79,7 +80,7 @@ def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float
         if not name.startswith(f"{BASE}."):
             continue
         axis, moved = DIRECTIONS.index(name.removeprefix(f"{BASE}.")), b @ (equations.M * b)
-        total, held = _rigid(body)[axis], 0.0 if body.modes.held is None else body.modes.held[axis]
+        total, held = totals(body)[axis], 0.0 if body.modes.held is None else body.modes.held[axis]
         if total > 0 and moved + held < SHOWN * total:
             effect = np.inf if top is None else _of_rigid_rest(body, axis, total - moved - held, top) / total
             right = f", which changes the force there by {100 * effect:.1f} % of a rigid body's at most"
@@ -110,11 +111,6 @@ def _of_rigid_rest(body: FlexibleBody, axis: int, rest: float, top: float) -> fl
         return np.inf
     ratio = (top / f) ** 2
     return float(mass @ (ratio / (1 - ratio)))
-
-
-def _rigid(body: FlexibleBody) -> np.ndarray:
-    """Return the mass and the moments of inertia about the root (6,)."""
-    return np.concatenate([np.full(3, body.m), np.trace(body.E0) - np.diag(body.E0)])
 
 
 def large_deflection(body: FlexibleBody, equations: ModalEquations, q: np.ndarray, what: str = "deflects") -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import cross_moment
+from modalprep.body.quality.effective_mass import participation, totals
 from modalprep.fe.assembly.model import FEModel
 from modalprep.reduction.table import FIXED, FREE
 
@@ -64,9 +64,8 @@ def _edges(kind: str) -> tuple[int, float]:
 
 def _that_matter(body: FlexibleBody) -> np.ndarray:
     """Return the elastic modes with a share of the mass or of an inertia, up to the highest normal one."""
-    factor = np.concatenate([body.S, cross_moment(body.H)])
-    whole = np.concatenate([np.full(3, body.m), np.trace(body.E0) - np.diag(body.E0)])
-    share = factor**2 / np.where(whole > 0, whole, np.inf)[:, None]
+    whole = totals(body)
+    share = participation(body).T ** 2 / np.where(whole > 0, whole, np.inf)[:, None]
     table = body.modes
     normal = [kept and kind in (FIXED, FREE) for kept, kind in zip(table.kept, table.kind, strict=True)]
     top = table.frequency[np.array(normal, dtype=bool)].max(initial=0.0)

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.quality.effective_mass import participation, totals
 from modalprep.pipeline.schema.responses.require import RequireTable, _Bounds, bounds
 from modalprep.reduction.error import ReductionError
 from modalprep.reduction.table import DIRECTIONS
-from modalprep.report.body_page.modes import participation, totals
+from modalprep.report.body_page.requirements import NOT_MEASURED
 from modalprep.verdicts.verdict import FAILED, PASSED, UNCHECKED, Requirement
 
 SIGNIFICANT = 0.1  # of the effective mass: a mode that moves the body in a direction
-UNMEASURED = "it was not measured; up_to under [reduction] asks for it"
 NO_MARGIN = "nothing has an allowable or a limit"
 
 
@@ -85,7 +85,7 @@ def _error(table: RequireTable, error: ReductionError | None) -> Iterator[Requir
         return
     name = "error against the full model"
     if error is None:
-        yield Requirement(name=name, result=UNCHECKED, says=UNMEASURED)
+        yield Requirement(name=name, result=UNCHECKED, says=NOT_MEASURED)
         return
     worst = max(error.worst, float(np.max(error.recovery, initial=0.0)))
     yield _judged(name, worst <= table.error, f"{100 * worst:.2g} %", f"at most {100 * table.error:g} %")

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
+from modalprep.body.mass import mass_matrix
+from modalprep.body.quality.effective_mass import participation, totals
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.body_page.table import Table
 from modalprep.report.numbers import quantity
@@ -16,28 +17,6 @@ from modalprep.report.numbers import quantity
 UNITS = ("kg",) * 3 + ("kg m²",) * 3
 FIRST = ("mode", "name", "Hz", "free-free Hz", "damping %")
 NEGLIGIBLE = 1e-6  # of the mass or inertia of the body: modes that do not move it but for the mesh
-
-
-def participation(body: FlexibleBody) -> np.ndarray:
-    """Return the participation factors of the modes in unit accelerations of the root.
-
-    Returns
-    -------
-    (n, 6) float
-        kg^(1/2) of x, y, z and kg^(1/2) m of rotations about the root; their squares are the effective masses.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> (participation(uniform_beam(modes=1)) ** 2).round(3)[0, 1]  # 61.3 % of 12 kg
-    np.float64(7.357)
-    """
-    return np.concatenate([body.S, cross_moment(body.H)]).T
-
-
-def totals(body: FlexibleBody) -> np.ndarray:
-    """Return mass (kg) and moments of inertia about the root (kg m^2) of a body ``(6,)``."""
-    return np.diag(rigid_mass_matrix(body.m, body.s0, body.E0)).copy()
 
 
 def mode_tables(body: FlexibleBody) -> list[Table]:

@@ -28,8 +28,8 @@ def of_envelopes(envelopes: Iterable[Envelope]) -> list[Requirement]:
     known = [row for row in rows if row["margin"] == row["margin"]]
     found = [
         Requirement(name=f"margin of {row['body']}.{row['recovery']} {row['component']}", anchor="recovered",
-                result=PASSED if row["margin"] >= 0 else FAILED,
-                says=f"{margin_of_safety(row['margin'])} at {row['place']}")
+                    result=PASSED if row["margin"] >= 0 else FAILED,
+                    says=f"{margin_of_safety(row['margin'])} at {row['place']}")
         for row in known
     ]  # fmt: skip
     if len(known) < len(rows):
@@ -62,7 +62,7 @@ def of_response(name: str, response: Response) -> list[Requirement]:
     """Return the requirements of the margins of a response."""
     return [
         Requirement(name=f"margin of {peak.channel} in response {name}", result=PASSED if peak.margin >= 0 else FAILED,
-                says=margin_of_safety(peak.margin), anchor=anchor_of("response", name))
+                    says=margin_of_safety(peak.margin), anchor=anchor_of("response", name))
         for peak in response.worst() if peak.margin == peak.margin
     ]  # fmt: skip
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.report.body_page.modes import participation, totals
+from modalprep.body.quality.effective_mass import participation, totals
 from modalprep.response.validity import BEYOND, highest_mode
 from modalprep.verdicts.notes import warnings_of
 
