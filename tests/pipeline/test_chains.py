@@ -56,7 +56,11 @@ def test_rigid_body_of_a_table(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('start = { angle = "-90 deg" }', "stifness = 1.0", "first: unknown key 'stifness'; did you mean 'stiffness'"),
+        (
+            'start = { angle = "-90 deg" }',
+            "stifness = 1.0",
+            "[chains.cable.first]: unknown key 'stifness'; did you mean",
+        ),
         ("count = 20", "count = 0", "greater than or equal to 1"),
         ("mass = 0.05", "mass = -0.05", "greater than 0"),
         ("inertia = [0, 1.", "inertia = [1, 1.", "the largest exceeds the sum of the others"),

@@ -351,7 +351,7 @@ def test_mistakes(tmp_path):
         cantilever(tmp_path, 3, more="GJ = 1.0")
     with pytest.raises(mp.InputError, match="EA and GA go together, with one EI"):
         cantilever(tmp_path, 3, more="EA = 1.0")
-    with pytest.raises(mp.InputError, match="root: unknown key 'stifness'; did you mean 'stiffness'"):
+    with pytest.raises(mp.InputError, match=r"\[beams.arm.root\]: unknown key 'stifness'; did you mean 'stiffness'"):
         cantilever(tmp_path, 3, more="root = { stifness = 1.0 }")
 
 

@@ -18,13 +18,12 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
 from modalprep.pipeline.build.sources import mark_source, refuse_shared, relative
-from modalprep.pipeline.schema.base import first_message
+from modalprep.pipeline.schema.base import first_message, named_files
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 LONGEST = 40  # characters of a value in a folder name
 MOST = 10_000  # combinations
-FILES = ("file", "pipeline", "stiffness", "mass", "nodes", "dof")  # keys that name files
 
 
 def find_jobs(patterns: Sequence[str], output: Path | None) -> list[Job]:
@@ -87,8 +86,9 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
         cell = Cell(file, tuple(_short(key, grid) for key in grid), tuple(chosen.values()))
         job = Job(output / name / f"{name}.toml", output, shown, cell)
         data = combined(file, base, chosen, "[grid]")
-        problems.append(_problem(data))
-        texts.append(tomli_w.dumps(moved(data, file.parent, job.folder)))
+        pipeline, problem = validated(data)
+        problems.append(problem)
+        texts.append(tomli_w.dumps(moved(data, pipeline, file.parent, job.folder)))
         jobs.append(job)
     if all(problems):
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")
@@ -135,17 +135,17 @@ def combined(file: Path, base: dict[str, Any], chosen: dict[str, Any], source: s
             inner = inner.setdefault(table, {})
             if not isinstance(inner, dict):
                 raise InputError(f"{file}: {source}: {key!r} passes through {table!r}, which is not a table")
-        inner[last] = value
+        inner[last] = copy.deepcopy(value)
     return data
 
 
-def _problem(data: dict[str, Any]) -> str | None:
+def validated(data: dict[str, Any]) -> tuple[Pipeline | None, str]:
+    """Return what tables describe, or None and why they are no pipeline file."""
     try:
-        Pipeline.model_validate(data)
+        return Pipeline.model_validate(data), ""
     except ValidationError as error:
         where = ".".join(str(part) for part in error.errors()[0]["loc"])
-        return f"{where}: {first_message(error)}".removeprefix(": ")
-    return None
+        return None, f"{where}: {first_message(error)}".removeprefix(": ")
 
 
 def _labels(values: Iterable[Any]) -> list[str]:
@@ -163,24 +163,14 @@ def _short(key: str, grid: Iterable[str]) -> str:
     return re.sub(r"[^\w.+-]+", "_", last if unique else key)
 
 
-def moved(data: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
-    """Return the tables with the files of [mesh], [matrices] and [bodies] named from a new folder."""
-    data = dict(data)
-    for table in ("mesh", "matrices"):
-        if isinstance(data.get(table), dict):
-            data[table] = _renamed(data[table], old, new)
-    if isinstance(data.get("bodies"), dict):
-        data["bodies"] = {
-            name: _renamed(body, old, new) if isinstance(body, dict) else body for name, body in data["bodies"].items()
-        }
+def moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path) -> dict[str, Any]:
+    """Name the files that tables name relative to a folder from a new one; those of no valid pipeline are left."""
+    for keys, name in named_files(pipeline):
+        inner = data
+        for key in keys[:-1]:
+            inner = inner[key]
+        inner[keys[-1]] = str(name) if Path(name).is_absolute() else relative(old / name, new)
     return data
-
-
-def _renamed(table: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
-    return {
-        key: relative(old / value, new) if key in FILES and isinstance(value, str) else value
-        for key, value in table.items()
-    }
 
 
 def write_job(job: Job, text: str) -> None:

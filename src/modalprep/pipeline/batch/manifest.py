@@ -12,6 +12,7 @@ from modalprep.fe.readers.digest import mesh_digest
 from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.build.program import file_digest
 from modalprep.pipeline.build.sources import pipelines_of, relative, source_files
+from modalprep.pipeline.schema.base import DeckName, named_files
 
 HEAD = {"format": "modalprep job", "version": 1}
 
@@ -19,8 +20,8 @@ HEAD = {"format": "modalprep job", "version": 1}
 def input_digests(path: Path) -> dict[str, str]:
     """Return the hash of each file that a pipeline file needs, itself and the pipelines of its bodies included.
 
-    Files are named relative to the pipeline file's folder. A mesh includes the files that it includes; the hash of a
-    missing file is empty.
+    Files are named relative to the pipeline file's folder. The hash of a deck is that of the files that it includes,
+    too; that of a missing file is empty.
 
     Raises
     ------
@@ -30,9 +31,9 @@ def input_digests(path: Path) -> dict[str, str]:
     found: dict[str, str] = {}
     for file, pipeline in pipelines_of(path).items():
         found[relative(file, path.parent)] = file_digest(file)
-        meshes = {file.parent / pipeline.mesh.file} if pipeline.mesh else set()
+        decks = {file.parent / name for _, name in named_files(pipeline) if isinstance(name, DeckName)}
         for source in source_files(file, pipeline):
-            digest = mesh_digest if source in meshes else file_digest
+            digest = mesh_digest if source in decks else file_digest
             found[relative(source, path.parent)] = digest(source)
     return found
 

@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from modalprep.errors import InputError
-from modalprep.pipeline.batch.grid import combined, moved, write_job
+from modalprep.pipeline.batch.grid import combined, moved, validated, write_job
 from modalprep.pipeline.batch.job import Job
 from modalprep.pipeline.build.sources import mark_source, refuse_shared
 from modalprep.pipeline.schema.load import read_toml
@@ -43,7 +43,8 @@ def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> t
     refuse_shared(job.folder, file)
     mark_source(job.folder, file)
     said = "\n".join(f"# --set {setting}" for setting in settings)
-    write_job(job, f"# {file.name} with other values:\n{said}\n{tomli_w.dumps(moved(data, file.parent, job.folder))}")
+    data = moved(data, validated(data)[0], file.parent, job.folder)
+    write_job(job, f"# {file.name} with other values:\n{said}\n{tomli_w.dumps(data)}")
     return job.file, output
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from modalprep import __version__
 from modalprep.fe.readers.digest import matrices_digest, mesh_digest
 from modalprep.pipeline.build.supplied import supplied_digest
+from modalprep.pipeline.schema.base import named_files
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 
@@ -37,5 +38,4 @@ def source_digest(path: Path, pipeline: Pipeline) -> str:
 
 def matrix_files(path: Path, pipeline: Pipeline) -> dict[str, Path]:
     """Return the files of the matrices by their keys in the pipeline file."""
-    given = pipeline.matrices.model_dump(include={"file", "stiffness", "mass", "nodes", "dof"}, exclude_none=True)
-    return {key: path.parent / name for key, name in given.items()}
+    return {str(keys[-1]): path.parent / name for keys, name in named_files(pipeline.matrices)}

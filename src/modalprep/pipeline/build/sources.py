@@ -6,11 +6,11 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.pipeline.build.supplied import supplied_files
+from modalprep.pipeline.schema.base import BodyName, PipelineName, named_files
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
@@ -18,29 +18,17 @@ MARK = ".source"  # beside or in what is written: the file that it was made of, 
 
 
 def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
-    """Return the meshes, matrices, modal files and tables of points that a pipeline file names."""
-    matrices = pipeline.matrices.model_dump(include={"stiffness", "mass", "nodes", "dof"}) if pipeline.matrices else {}
-    names = [*_named(pipeline.model_dump()), *(name for name in matrices.values() if name is not None)]
-    files = [path.parent / name for name in names]
-    files += [path.parent / pipeline.body.nodes] if pipeline.body and pipeline.body.nodes else []
-    tables = [*pipeline.bodies.values(), *([pipeline.body] if pipeline.body else [])]
-    supplied = [path.parent / table.file for table in tables if table.file is not None]
-    return files + [file for each in supplied for file in supplied_files(each)[1:]]
-
-
-def _named(value: Any) -> Iterator[str]:
-    """Yield what every key ``file`` says, at any depth."""
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, inner in items:
-        if key == "file" and isinstance(inner, str):
-            yield inner
-        else:
-            yield from _named(inner)
+    """Return the files that a pipeline file names, without other pipelines, and those beside the files of bodies."""
+    names = [name for _, name in named_files(pipeline)]
+    bodies = dict.fromkeys(path.parent / name for name in names if isinstance(name, BodyName))
+    named = dict.fromkeys(path.parent / name for name in names if not isinstance(name, PipelineName))
+    return [*named, *(file for body in bodies for file in supplied_files(body)[1:])]
 
 
 def body_pipelines(path: Path, pipeline: Pipeline) -> list[Path]:
     """Return the pipeline files of the bodies of a pipeline file."""
-    return [path.parent / table.pipeline for table in pipeline.bodies.values() if table.pipeline is not None]
+    names = [name for _, name in named_files(pipeline) if isinstance(name, PipelineName)]
+    return [path.parent / name for name in dict.fromkeys(names)]
 
 
 def pipelines_of(path: Path) -> dict[Path, Pipeline]:
@@ -102,7 +90,7 @@ def same_file(one: Path, other: Path) -> bool:
 
 
 def relative(file: Path, folder: Path) -> str:
-    """Return the path of a file relative to a folder, so that both may be moved together.
+    """Return the path of a file relative to a folder, so that both may be moved together; a link keeps its name.
 
     Examples
     --------
@@ -110,9 +98,9 @@ def relative(file: Path, folder: Path) -> str:
     '../meshes/a.msh'
     """
     try:
-        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # on another drive
-        return file.resolve().as_posix()
+        return Path(os.path.relpath(file.parent.resolve() / file.name, folder.resolve())).as_posix()
+    except ValueError:  # on another drive, or its name cannot be one
+        return file.absolute().as_posix()
 
 
 def output_folder(path: Path, output: Path | None) -> Path:

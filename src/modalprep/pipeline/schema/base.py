@@ -7,13 +7,37 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError, model_validator
+from pydantic_core import CoreSchema, core_schema
 
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.suggest import suggestion
 
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class FileName(str):
+    """The name of a file that is read, relative to the folder of the pipeline file; the type of all such keys."""
+
+    __slots__ = ()
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read text."""
+        return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
+
+
+class DeckName(FileName):
+    """The name of a file that may include others."""
+
+
+class BodyName(DeckName):
+    """The name of a body's file, beside which further files may belong to it."""
+
+
+class PipelineName(FileName):
+    """The name of a pipeline file, which names files itself, from its own folder."""
 
 
 def first_message(error: ValidationError) -> str:
@@ -69,6 +93,24 @@ class ReferenceTable(Table):
         if len(self.t) != len(self.y):
             raise ValueError(f"t has {len(self.t)} values and y {len(self.y)}; give as many of each")
         return self
+
+
+def named_files(value: Any, keys: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple[str | int, ...], FileName]]:
+    """Yield the keys and the name of each file that a table names, at any depth.
+
+    Examples
+    --------
+    >>> class MeshTable(Table):
+    ...     file: FileName
+    >>> list(named_files({"mesh": MeshTable(file="a.msh")}))
+    [(('mesh', 'file'), 'a.msh')]
+    """
+    if isinstance(value, FileName):
+        yield keys, value
+    several = isinstance(value, list | tuple)
+    items = enumerate(value) if several else value.items() if isinstance(value, dict) else ()
+    for key, inner in value if isinstance(value, Table) else items:
+        yield from named_files(inner, (*keys, key))
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
 from modalprep.errors import InputError
 from modalprep.multibody.model.chain import SegmentedBeam, chain_links
 from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema.base import Table, first_message
 from modalprep.pipeline.schema.quantities import (
     BendingStiffness,
@@ -31,6 +32,13 @@ Bending = Annotated[BendingStiffness, Field(gt=0)]
 PositiveForce = Annotated[Force, Field(gt=0)]
 
 
+class FirstTable(HingeTable):
+    """Keys that the first joint of a chain has instead of those of the others."""
+
+    applies: ClassVar = ()  # the others may have what a key needs
+    type: JointType | None = None
+
+
 class ChainTable(Table):
     """Bodies and joints ``<chain>1``, ``<chain>2``, ... of a beam, cable or tether in segments."""
 
@@ -42,7 +50,7 @@ class ChainTable(Table):
         description="between neighbours: a table as under [joints], without parent and child; a list is taken in turn, "
         "as hinges about z and y whose axes then alternate"
     )
-    first: dict[str, Any] = Field({}, description="keys that the joint to the parent has instead")
+    first: FirstTable = Field(FirstTable(), description="keys that the joint to the parent has instead")
 
     @model_validator(mode="after")
     def _first_joint(self) -> ChainTable:
@@ -62,7 +70,7 @@ class ChainTable(Table):
         Examples
         --------
         >>> rod = BodyTable(mass=1.0)
-        >>> chain = ChainTable(segment=rod, count=3, joint=HingeTable(type="revolute"), first={"stiffness": 2.0})
+        >>> chain = ChainTable(segment=rod, count=3, joint=HingeTable(type="revolute"), first=FirstTable(stiffness=2.0))
         >>> [(name, table.parent, table.stiffness) for name, table in chain.joints("cable").items()]
         [('cable1', 'ground', 2.0), ('cable2', 'cable1.tip', 0.0), ('cable3', 'cable2.tip', 0.0)]
         """
@@ -70,7 +78,7 @@ class ChainTable(Table):
         own = [table.model_dump(exclude_unset=True) for table in each]
         links = chain_links(name, self.count, self.parent, self.through)
         tables = [{**own[i % len(own)], "parent": parent, "child": body} for i, (body, parent) in enumerate(links)]
-        tables[0] |= self.first
+        tables[0] |= self.first.model_dump(exclude_unset=True)
         return {table["child"]: JointTable.model_validate(table) for table in tables}
 
 
@@ -95,8 +103,8 @@ class BeamTable(Table):
     curvature: Curvature = Field(0.0, description="of the unloaded beam, in the plane x y, 1/m")
     damping: Duration = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
     parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
-    root: dict[str, Any] = Field(
-        {},
+    root: FirstTable = Field(
+        FirstTable(),
         description="joint to the parent: keys instead of the clamp's (rotations about z, y, x), or its own 'type'",
     )
 
@@ -119,17 +127,18 @@ class BeamTable(Table):
         --------
         >>> beam = BeamTable(length=10.0, segments=5, mass_per_length=1.2, EI=140.0)
         >>> chain = beam.chain()
-        >>> chain.segment.mass, chain.segment.inertia[2], chain.joint.stiffness, chain.first["stiffness"]
+        >>> chain.segment.mass, chain.segment.inertia[2], chain.joint.stiffness, chain.first.stiffness
         (2.4, 0.8, [70.0], [140.0])
         """
         beam = self.beam().chain
-        clamp, between = _table(beam.first), [HingeTable.model_validate(_table(joint)) for joint in beam.joint]
+        own, clamp = self.root.model_dump(exclude_unset=True), _table(beam.first)
+        between = [HingeTable.model_validate(_table(joint)) for joint in beam.joint]
         return ChainTable(
             segment=_segment(self.beam()),
             count=self.segments,
             parent=self.parent,
             joint=between if len(between) > 1 else between[0],
-            first=HingeTable.model_validate(self.root).model_dump() if "type" in self.root else clamp | self.root,
+            first=HingeTable.model_validate(own).model_dump() if "type" in own else FirstTable(**(clamp | own)),
         )
 
     def bodies(self, name: str) -> dict[str, BodyTable]:

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from modalprep.applies import Rule
 from modalprep.multibody.model.events import Event
-from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.base import FileName, Table, Vector
 from modalprep.pipeline.schema.quantities import (
     BendingStiffness,
     Damping,
@@ -39,7 +39,7 @@ class LevelTable(Table):
     centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
     density_factor: float | None = Field(None, gt=0, description="factor on all densities of the body")
-    file: str | None = Field(None, description="modal file with the modes of the body")
+    file: FileName | None = Field(None, description="modal file with the modes of the body")
 
     @model_validator(mode="after")
     def _one_source(self) -> LevelTable:

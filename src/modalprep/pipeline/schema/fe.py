@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.base import DeckName, Table, Vector
 from modalprep.pipeline.schema.quantities import Allowable
 
 
 class MeshTable(Table):
     """The mesh file."""
 
-    file: str = Field(
+    file: DeckName = Field(
         description="mesh file, relative to this file; .msh 4.1 is best; .inp, .bdf/.dat, .cdb, .vtu, .step"
     )
     length_unit: str = Field("m", description="unit of its coordinates: m, mm, cm, in, ft")
@@ -36,19 +36,19 @@ class MeshTable(Table):
 class MatricesTable(Table):
     """Stiffness and mass of the unsupported structure, assembled by another program, instead of [mesh]."""
 
-    file: str | None = Field(
+    file: DeckName | None = Field(
         None,
         description="both matrices in one: .npz (K, M, nodes; FEM file of Exudyn), .op4, .full, DMIG deck, .mtx "
         "substructure",
     )
-    stiffness: str | None = Field(
+    stiffness: DeckName | None = Field(
         None, description="matrix file: .mtx (MatrixMarket, Abaqus), .npz, .op4, .sti, .bdf/.dat/.pch with DMIG"
     )
-    mass: str | None = Field(None, description="matrix file like that of the stiffness")
-    nodes: str | None = Field(
+    mass: DeckName | None = Field(None, description="matrix file like that of the stiffness")
+    nodes: DeckName | None = Field(
         None, description="coordinates: .csv ([number,] x, y, z), .npy, a Nastran deck, or any mesh file"
     )
-    dof: str | None = Field(
+    dof: DeckName | None = Field(
         None, description="file with node number and component (1 to 6) of each row, where it is not that of the nodes"
     )
     dofs_per_node: Literal[3, 6] | None = Field(None, description="to check the matrices against the nodes")

@@ -20,7 +20,7 @@ from modalprep.multibody.model.environment import Conductor
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
 from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
 from modalprep.multibody.model.rotational_spring import RotationalSpring
-from modalprep.pipeline.schema.base import Table, Vector, naming
+from modalprep.pipeline.schema.base import FileName, Table, Vector, naming
 from modalprep.pipeline.schema.environment import WaterTable
 from modalprep.pipeline.schema.quantities import (
     Angle,
@@ -158,7 +158,7 @@ class CharacteristicTable(PointsOrFile):
     units = (("rad",), ("N m",))
     angle: list[Angle] | None = Field(None, description="rad, increasing")
     torque: list[Moment] | None = Field(None, description="N m, against the angle")
-    file: str | None = Field(None, description="CSV file with a row 'angle, torque' for each point, instead")
+    file: FileName | None = Field(None, description="CSV file with a row 'angle, torque' for each point, instead")
 
 
 class DampingTable(PointsOrFile):
@@ -168,7 +168,7 @@ class DampingTable(PointsOrFile):
     units = (("rad/s",), ("N m",))
     rate: list[AngularVelocity] | None = Field(None, description="rad/s, increasing")
     torque: list[Moment] | None = Field(None, description="N m, against the rate")
-    file: str | None = Field(None, description="CSV file with a row 'rate, torque' for each point, instead")
+    file: FileName | None = Field(None, description="CSV file with a row 'rate, torque' for each point, instead")
 
 
 class RotationalSpringTable(Table):

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
-from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.base import BodyName, DeckName, Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
 from modalprep.pipeline.schema.quantities import (
     Angle,
@@ -142,11 +142,13 @@ class SourceTable(Table):
 class SuppliedTable(SourceTable):
     """A body that is reduced already, instead of [mesh] or [matrices]."""
 
-    file: str = Field(description=BODY_FILE)
+    file: BodyName = Field(description=BODY_FILE)
     interfaces: dict[str, Annotated[list[int], Field(min_length=1)]] = Field(
         {}, description="interfaces that the file does not name, by the numbers of their nodes"
     )
-    nodes: str | None = Field(None, description="file with the places of the nodes of a substructure: a deck, .csv")
+    nodes: DeckName | None = Field(
+        None, description="file with the places of the nodes of a substructure: a deck, .csv"
+    )
     damping: Damping | None = Field(None, description="instead of that in the file; " + DAMPING)
 
 

@@ -10,7 +10,7 @@ from modalprep.applies import Rule
 from modalprep.multibody.model.constraints import REACH, WITH_AXIS, WITH_FRICTION, ClosureType
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema import quantities
-from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.base import BodyName, PipelineName, Table, Vector
 from modalprep.pipeline.schema.quantities import (
     Angle,
     AngularVelocity,
@@ -54,8 +54,10 @@ class BodyTable(SourceTable):
         Rule(("length_unit", "mass_unit", "root"), needs=("file",), advice="it is that of a body with a file"),
     )
 
-    file: str | None = Field(None, description=BODY_FILE)
-    pipeline: str | None = Field(None, description="pipeline file, run if its modal file is missing or outdated")
+    file: BodyName | None = Field(None, description=BODY_FILE)
+    pipeline: PipelineName | None = Field(
+        None, description="pipeline file, run if its modal file is missing or outdated"
+    )
     mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field(

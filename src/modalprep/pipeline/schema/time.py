@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
-from modalprep.pipeline.schema.base import Table, naming
+from modalprep.pipeline.schema.base import FileName, Table, naming
 from modalprep.pipeline.schema.columns import points_of_file
 from modalprep.pipeline.schema.quantities import TEXT_TOO, Angle, Duration, Frequency, level
 from modalprep.response.inputs import DECIBEL, Spectrum
@@ -29,7 +29,7 @@ class PointsOrFile(Table):
 
     what: ClassVar[str]
     units: ClassVar[tuple[tuple[str, ...], tuple[str, ...]]]  # of both columns
-    file: str | None = None
+    file: FileName | None = None
 
     @model_validator(mode="after")
     def _points_or_file(self) -> Self:
@@ -59,7 +59,7 @@ class PointsTable(PointsOrFile):
     units = (("s",), ())
     t: list[Duration] | None = Field(None, description="s")
     values: list[float] | None = None
-    file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
+    file: FileName | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
     smooth: bool = Field(False, description="a monotone curve instead, that stays between the points")
     spline: bool = Field(False, description="a cubic spline instead, that may go beyond the points")
 
@@ -87,7 +87,7 @@ class CurveTable(Table):
         None, description='of each, in SI or text such as "0.5 g"; of densities also slopes such as "3 dB/oct"'
     )
     phase: list[Angle] | None = Field(None, description="of each amplitude, rad")
-    file: str | None = Field(None, description="CSV file with a row 'frequency, value' for each, instead")
+    file: FileName | None = Field(None, description="CSV file with a row 'frequency, value' for each, instead")
     unit: str | None = Field(None, description='of values that are plain numbers, such as "g" or "g^2/Hz"; default SI')
 
     @model_validator(mode="after")

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from modalprep.applies import Rule
 from modalprep.errors import InputError
-from modalprep.pipeline.schema.base import Table, naming
+from modalprep.pipeline.schema.base import FileName, Table, naming
 from modalprep.pipeline.schema.columns import points_of_file
 from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency, level
 from modalprep.pipeline.schema.reduction import DAMPING, Damping
@@ -211,7 +211,7 @@ class HistoryTable(Table):
 
     t: list[Duration] | None = Field(None, description="s")
     values: list[Level] | None = Field(None, description='in SI or text such as "0.5 g"')
-    file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
+    file: FileName | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
     unit: str | None = Field(None, description='of values that are plain numbers, such as "g"; default SI')
 
     @model_validator(mode="after")
