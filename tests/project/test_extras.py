@@ -17,7 +17,8 @@ from modalprep.linalg import pardiso
 from modalprep.pipeline.build import compute
 from modalprep.report.pictures import render
 
-LEAN = ("pyvista", "vtkmodules", "gmsh", "pypardiso", "pyyeti", "imageio_ffmpeg", "pandas", "xarray", "distributed")
+LEAN = ("pyvista", "vtkmodules", "gmsh", "pypardiso", "pyyeti", "imageio_ffmpeg", "pandas", "xarray", "distributed",
+        "pyarrow")  # fmt: skip
 SPECTRUM = '[srs.shock]\nchannels = ["hinge.angle"]\nlowest = "5 Hz"\nhighest = "100 Hz"\n'
 
 

@@ -43,12 +43,12 @@ LAYERS = {
     "report": (
         "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts",
         "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble",
-        "body_page", "explain", "correlation", "page", "run_page", "view", "show",
+        "body_page", "explain", "correlation", "page", "run_page", "view", "study", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
         "schema.reduction", "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures",
-        "drawn_runs", "run", "batch", "init",
+        "drawn_runs", "run", "study", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
@@ -66,6 +66,7 @@ ONLY_IN = {  # third parties with one home
     "rainflow": {"response"},
     "FLife": {"response"},
     "pyyeti": {"response"},
+    "pyarrow": {"pipeline.study"},
 }
 ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
     # what files hold, nothing of the solver

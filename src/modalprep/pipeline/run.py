@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.pictures import Pictures
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
+    from modalprep.pipeline.schema.analysis import CollectTable
     from modalprep.pipeline.schema.responses.require import RequireTable
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
@@ -48,6 +49,7 @@ class Outcome:
     sections: list[Section] = field(default_factory=list)  # of the report page
     limits: dict[str, float] = field(default_factory=dict)  # of the errors against the full model
     require: RequireTable | None = None
+    collect: CollectTable | None = None
 
     @property
     def audits(self) -> tuple[Requirement, ...]:
@@ -81,17 +83,24 @@ class Outcome:
             checks=built.checks, notes=self.notes, errors=errors, error_limits=limits, requirements=[*static, *met]
         )
 
+    @property
+    def margins(self) -> dict[str, float]:
+        """Margin of the worst place of each recovered component, and of the peaks of responses; NaN where none is."""
+        envelopes = self.simulated.envelopes if self.simulated else ()
+        rows = [row for envelope in envelopes for row in envelope.worst()]
+        found = {f"{row['body']}.{row['recovery']}.{row['place']}.{row['component']}": row["margin"] for row in rows}
+        return found | {
+            f"{found.name}.{peak.channel}": peak.margin for found in self.responses for peak in found.response.worst()
+        }
+
     def _required(self) -> list[Requirement]:
         """Return the requirements of [require]; those on the body only where it was built."""
         if self.require is None:
             return []
         from modalprep.pipeline.responses.required import required_margin, required_of_body
 
-        envelopes = self.simulated.envelopes if self.simulated else ()
-        rows = [row["margin"] for envelope in envelopes for row in envelope.worst()]
-        rows += [peak.margin for found in self.responses for peak in found.response.worst()]
         of_body = required_of_body(self.require, self.built.body, self.built.error) if self.built else []
-        return [*of_body, *required_margin(self.require, rows)]
+        return [*of_body, *required_margin(self.require, self.margins.values())]
 
 
 def run_pipeline(
@@ -141,7 +150,8 @@ def run_pipeline(
         from modalprep.pipeline.responses.respond import refuse_responses
 
         refuse_responses(pipeline, path)
-    outcome = Outcome(folder=output_folder(path, output), limits=pipeline.reduction.limits, require=pipeline.require)
+    asked = {"limits": pipeline.reduction.limits, "require": pipeline.require, "collect": pipeline.collect}
+    outcome = Outcome(folder=output_folder(path, output), **asked)
     with silent(), pictures_beside(pipeline.output.pictures if pipeline.has_body else 0) as drawn:
         if pipeline.has_body:
             _body(path, pipeline, outcome, reporter, cache)

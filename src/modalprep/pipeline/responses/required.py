@@ -87,8 +87,13 @@ def _error(table: RequireTable, error: ReductionError | None) -> Iterator[Requir
     if error is None:
         yield Requirement(name=name, result=UNCHECKED, says=NOT_MEASURED)
         return
-    worst = max(error.worst, float(np.max(error.recovery, initial=0.0)))
+    worst = largest_error(error)
     yield _judged(name, worst <= table.error, f"{100 * worst:.2g} %", f"at most {100 * table.error:g} %")
+
+
+def largest_error(error: ReductionError) -> float:
+    """Return the largest relative error of a reduction, those of recoveries included."""
+    return max(error.worst, float(np.max(error.recovery, initial=0.0)))
 
 
 def _between(name: str, value: float, bound: _Bounds, unit: str) -> Requirement:

@@ -142,6 +142,15 @@ def _number(name: str, text: str, units: tuple[str, ...]) -> float:
     return number
 
 
+class CollectTable(Table):
+    """Channels of the run that join the quantities of a job: smallest and largest are those of the output times."""
+
+    channels: Annotated[list[str], Field(min_length=1)] = Field(description="a vector gives its components")
+    statistics: Annotated[list[Literal["min", "max", "rms", "final"]], Field(min_length=1)] = Field(
+        ["min", "max", "rms", "final"], description="of each component"
+    )
+
+
 class EnsembleTable(Table):
     """Many runs of the [simulation] that differ in start values, parameters of joints and loads, or gravity."""
 

@@ -8,7 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.applies import Rule
 from modalprep.formats.export import EXPORTS
-from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable, SensitivitiesTable
+from modalprep.pipeline.schema.analysis import AnalysisTable, CollectTable, EnsembleTable, SensitivitiesTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
@@ -121,7 +121,7 @@ class Pipeline(ForceElements):
         Rule(OF_A_BODY, needs=("mesh", "matrices", "body"), advice="add the [mesh], or leave it out"),
         Rule(OF_A_SYSTEM, needs=("simulation", "analysis"), advice="add one of them, or leave it out"),
         Rule(("bodies",), needs=("simulation", "analysis", "synthesis"), advice="add one of them, or leave it out"),
-        Rule(("plots", "film", "output.film"), needs=("simulation",)),
+        Rule(("plots", "collect", "film", "output.film"), needs=("simulation",)),
         Rule(("environment.water",), needs=("immersed",), advice="list the bodies in the water under [immersed]"),
         Rule(("environment.orbit.dipole",), needs=("conductors",)),
     )
@@ -175,6 +175,7 @@ class Pipeline(ForceElements):
     simulation: SimulationTable | None = None
     ensemble: EnsembleTable | None = None
     analysis: AnalysisTable | None = None
+    collect: CollectTable | None = Field(None, description="channels of the run that join the table of a batch")
     plots: list[PlotTable] = Field([])
     film: FilmTable = Field(FilmTable())
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(

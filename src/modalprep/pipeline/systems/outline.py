@@ -104,7 +104,7 @@ def refuse_channels(
         known = _channels(pipeline.simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
         plotted += [f"{plot.relative_to}.origin" for plot in pipeline.plots if plot.relative_to is not None]
-        kept = pipeline.ensemble.channels if pipeline.ensemble else []
+        kept = [name for table in (pipeline.ensemble, pipeline.collect) if table for name in table.channels]
         for name in [*pipeline.simulation.output, *plotted, *kept]:
             if not _waits(name, made):
                 known[name]

@@ -37,17 +37,40 @@ def page_text(
     data : {id: data}, optional
         What the scripts of the page read.
     """
-    date = datetime.now(UTC).isoformat(timespec="seconds")
+    date = now()
+    found, box = [*sections, sign_off(f"{name}: {kind}", date)], verdict_box(verdict)
+    return framed(name, kind, lead, date, box, found, data=data, scripts=("viewer.js",) if data else ())
+
+
+def now() -> str:
+    """Return date and time of a page."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def framed(
+    name: str,
+    kind: str,
+    lead: str,
+    date: str,
+    box: Markup,
+    sections: Sequence[Section],
+    *,
+    data: Mapping[str, Any] | None = None,
+    scripts: Sequence[str] = (),
+    styles: Sequence[str] = (),
+) -> str:
+    """Return a page with a box at the top; further scripts and styles are files of `modalprep.report`."""
+    style = [_file(file) for file in ("page.css", *styles, "body_page/paper.css")]
     return _template().render(
         name=name,
         kind=kind,
         lead=lead,
         date=date,
-        box=verdict_box(verdict),
-        sections=[*sections, sign_off(f"{name}: {kind}", date)],
+        box=box,
+        sections=sections,
         data=data or {},
-        style=Markup(_file("page.css") + _file("body_page/paper.css") + _margins(f"{name}: {kind}", date)),
-        script=Markup(_file("page.js") + (_file("viewer.js") if data else "")),
+        style=Markup("".join(style) + _margins(f"{name}: {kind}", date)),
+        script=Markup("".join(_file(file) for file in ("page.js", *scripts))),
     )
 
 

@@ -51,6 +51,24 @@ def mass_section(body: FlexibleBody) -> Section:
     return Section(title="Mass and reactions", anchor="mass-and-reactions", html=html)
 
 
+def inertia_tensor(E0: np.ndarray) -> np.ndarray:
+    """Return the inertia tensor of second moments of mass (3, 3), kg m^2."""
+    return np.trace(E0) * np.eye(3) - E0
+
+
+def central_inertia(body: FlexibleBody) -> np.ndarray:
+    """Return the inertia tensor (3, 3) of a body about its centre of mass, kg m^2, in the axes of the body.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> central_inertia(uniform_beam(modes=1))[2, 2].round(6)  # 12 kg of 10 m
+    np.float64(100.0)
+    """
+    centre = body.s0 / body.m
+    return inertia_tensor(body.E0 - body.m * np.outer(centre, centre))
+
+
 def inertia_table(body: FlexibleBody) -> Table:
     """Return mass, centre of mass, inertia about the origin and the centre of mass, principal moments and axes.
 
@@ -61,14 +79,13 @@ def inertia_table(body: FlexibleBody) -> Table:
     ('mass', 'kg', 12.0, None, None)
     """
     centre = body.s0 / body.m
-    about_root = np.trace(body.E0) * np.eye(3) - body.E0
-    central = about_root - body.m * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    about_root, central = inertia_tensor(body.E0), central_inertia(body)
     moments, axes = np.linalg.eigh(central)
     axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0, -1, 1)
     factor, unit = (1.0, "kg m²") if about_root.max() > SMALL else (1e6, "kg mm²")
     rows: list[tuple[Any, ...]] = [("mass", "kg", body.m, None, None), ("centre of mass", "m", *_clean(centre))]
     for place, J in (("origin", about_root), ("centre of mass", central)):
-        products = np.where(abs(J) > NOISE * J.max(), J, 0.0)[[0, 1, 2], [1, 2, 0]]
+        products = without_noise(J)[[0, 1, 2], [1, 2, 0]]
         rows.append((f"inertia about the {place}: xx, yy, zz", unit, *(factor * np.diag(J)).tolist()))
         rows.append((f"inertia about the {place}: xy, yz, zx", unit, *(factor * products).tolist()))
     rows += [(f"principal axis {k}", "", *_clean(axes[:, k - 1])) for k in (1, 2, 3)]
@@ -77,8 +94,13 @@ def inertia_table(body: FlexibleBody) -> Table:
     return Table(name="mass-properties", columns=columns, rows=rows, caption=INERTIA)
 
 
+def without_noise(array: np.ndarray) -> np.ndarray:
+    """Return an array with zeros where its numbers are round-off of the mesh."""
+    return np.where(np.abs(array) > NOISE * np.abs(array).max(), array, 0.0)
+
+
 def _clean(vector: np.ndarray) -> list[float]:
-    return np.where(np.abs(vector) > NOISE * np.abs(vector).max(), vector, 0.0).tolist()
+    return without_noise(vector).tolist()
 
 
 def mass_balance(body: FlexibleBody) -> Table:

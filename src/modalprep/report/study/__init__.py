@@ -1,0 +1,1 @@
+"""The page of a study: a row for each job, with filters, sorting and a plot."""

@@ -1,0 +1,164 @@
+"""The table of a study: what jobs state against closed forms and their files, and the files that hold it."""
+
+import csv
+import json
+
+import numpy as np
+import pandas
+import pytest
+from bad.good import BEAM, HINGE
+
+from modalprep.errors import InputError
+from modalprep.examples import uniform_beam
+from modalprep.multibody.results.result import Result
+from modalprep.pipeline.build.built import Built
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.run import Outcome, run_pipeline
+from modalprep.pipeline.study.quantities import collected, quantities
+from modalprep.pipeline.study.table import study_table
+from modalprep.pipeline.study.write import write_study
+
+COLLECT = '[collect]\nchannels = ["hinge.angle", "job.root.position"]\n'
+SINE = [("max", 1.0), ("min", -1.0), ("rms", 0.5**0.5), ("final", 0.0)]
+
+
+@pytest.fixture
+def hinged(tmp_path, project):
+    """Write a pipeline file of a beam on a hinge with a spin of 2 rad/s; return its path by the text at its end."""
+
+    def make(end=COLLECT):
+        text = BEAM.replace("beam.msh", str(project / "meshes" / "beam.msh")) + HINGE
+        text = text.replace('child = "job.root"', 'child = "job.root"\nstart.rate = 2.0')
+        (tmp_path / "job.toml").write_text(text + end)
+        return tmp_path / "job.toml"
+
+    return make
+
+
+def stated(path, folder):
+    return quantities(run_pipeline(path, folder / "out", Reporter(quiet=True), report=False))
+
+
+def test_body_states_the_rod_of_the_textbook(tmp_path):
+    """12 kg over 10 m: m L^2 / 12 about the middle, and a little of the section; a cantilever's first two modes."""
+    body = uniform_beam(modes=3)
+    found = quantities(Outcome(tmp_path, built=Built(body, tmp_path / "a.h5", [])))
+    assert [found[f"centre_{axis}_m"] for axis in "xyz"] == pytest.approx([5.0, 0.0, 0.0])
+    assert found["mass_kg"] == pytest.approx(12.0)
+    assert found["inertia_zz_kg_m2"] == pytest.approx(12 * 10**2 / 12, rel=1e-4)
+    assert found["mode_count"] == 3
+    assert [found[f"frequency_{k}_Hz"] for k in (1, 2, 3)] == body.frequency.tolist()
+    assert found["mode_1"] == body.mode_names[0]
+    assert found["effective_mass_y"] == pytest.approx(0.613 + 0.188, abs=2e-3)  # of the first two modes in bending
+    assert {"end_time_s", "margin", "cases"}.isdisjoint(found)
+
+
+@pytest.mark.parametrize(("name", "expected"), SINE)
+def test_statistics_of_a_sine(name, expected):
+    """Over whole periods; times at which the extremes are, and times closer together in the middle."""
+    t = np.unique(np.concatenate([np.linspace(0, 2, 401), np.linspace(0.5, 0.75, 300)]))
+    run = Result(time=t, channels={"a.angle": np.sin(2 * np.pi * t)}, status="done", message="")
+    found = dict(collected(run, ["a.angle"], [name]))
+    assert found == {f"a.angle_{name}_rad": pytest.approx(expected, abs=1e-4)}  # trapezoids of 0.005 s
+
+
+def test_job_states_its_run_and_what_is_collected(hinged, tmp_path):
+    found = stated(hinged(), tmp_path)
+    assert found["end_time_s"] == pytest.approx(0.01)
+    assert found["run_status"] == "done"
+    assert found["hinge.angle_final_rad"] == pytest.approx(0.02, rel=1e-3)  # nothing slows it: 2 rad/s for 0.01 s
+    assert found["hinge.angle_min_rad"] == 0.0
+    assert found["job.root.position.x_max_m"] == pytest.approx(0.0, abs=1e-12)
+    assert found["verdict"] in ("PASS", "PASS WITH WARNINGS")
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    names = list(found)
+    assert names.index("mass_kg") < names.index("end_time_s") < names.index("verdict")
+
+
+def test_collect_chooses_statistics(hinged, tmp_path):
+    found = stated(hinged(COLLECT + 'statistics = ["rms"]\n'), tmp_path)
+    assert [name for name in found if name.startswith("hinge.")] == ["hinge.angle_rms_rad"]
+
+
+def test_unknown_channel_is_refused_before_the_body_is_built(hinged, tmp_path):
+    with pytest.raises(InputError, match=r"no channel 'hinge\.angel'.*hinge\.angle"):
+        stated(hinged('[collect]\nchannels = ["hinge.angel"]\n'), tmp_path)
+    assert not list(tmp_path.rglob("*.h5"))
+
+
+def test_collect_needs_a_run(hinged, tmp_path):
+    file = hinged()
+    file.write_text(
+        file.read_text().replace(HINGE[HINGE.index("[sim") :], "").replace(HINGE[: HINGE.index("[sim")], "")
+    )
+    with pytest.raises(InputError, match="collect"):
+        stated(file, tmp_path)
+
+
+ROWS = [
+    {"job": "a-2", "parameters": {"modes": 2, "name": "x"}, "status": "done", "cause": "", "seconds": 1.5,
+     "verdict": {"word": "PASS"}, "quantities": {"mass_kg": 1 / 3, "mode_1": "1st, bending", "modes": 5}},
+    {"job": "=b", "parameters": {"modes": 4, "name": True}, "status": "failed", "cause": 'no "mesh"', "seconds": 0.5},
+    {"job": "c", "parameters": {"modes": 6}, "status": "waiting", "quantities": {"margin": float("inf")}},
+]  # fmt: skip
+
+
+def test_columns_are_named_once_and_in_order():
+    table = study_table(ROWS)
+    assert list(table.columns) == [
+        "job", "modes", "name", "status", "verdict", "cause", "seconds", "mass_kg", "mode_1", "modes_result", "margin"
+    ]  # fmt: skip
+    assert table.parameters == ("modes", "name")
+    assert table.columns["modes"] == [2, 4, 6]
+    assert table.columns["modes_result"] == [5, None, None]
+    assert table.columns["margin"] == [None] * 3
+
+
+def test_a_parameter_with_the_name_of_a_column_gets_another():
+    table = study_table([{"job": "a", "parameters": {"status": 1}, "status": "done"}])
+    assert table.columns["parameter_status"] == [1]
+    assert table.columns["status"] == ["done"]
+
+
+def test_pandas_reads_the_same_from_both_files(tmp_path):
+    pytest.importorskip("pyarrow")
+    names = [file.name for file in write_study(ROWS, tmp_path).files]
+    assert names == ["study.csv", "study.parquet", "index.html"]
+    one, two = pandas.read_csv(tmp_path / "study.csv"), pandas.read_parquet(tmp_path / "study.parquet")
+    assert list(one) == list(two)
+    assert one["mass_kg"][0] == two["mass_kg"][0] == 1 / 3
+    assert {two.dtypes[name].name for name in ("modes", "modes_result", "seconds", "mass_kg")} == {"float64"}
+    assert two["name"].tolist()[:2] == ["x", "true"]
+    assert two["job"].tolist() == ["a-2", "=b", "c"]
+    assert one["job"].tolist() == ["a-2", "'=b", "c"]  # no formula for a spreadsheet
+    assert one["mass_kg"].isna().tolist() == two["mass_kg"].isna().tolist() == [False, True, True]
+
+
+def test_table_of_a_grid_is_an_array_over_its_parameters(tmp_path):
+    pytest.importorskip("xarray")
+    rows = [
+        {"job": f"{a}{b}", "parameters": {"a": a, "b": b}, "status": "done", "quantities": {"mass_kg": 10 * a + b}}
+        for a in (1, 2) for b in (3, 4, 5)
+    ]  # fmt: skip
+    write_study(rows, tmp_path)
+    found = pandas.read_csv(tmp_path / "study.csv").set_index(["a", "b"])[["mass_kg"]].to_xarray()["mass_kg"]
+    assert found.dims == ("a", "b")
+    assert found.values.tolist() == [[13, 14, 15], [23, 24, 25]]
+
+
+def test_without_pyarrow_the_rest_is_written_and_it_is_said(tmp_path, monkeypatch):
+    monkeypatch.setattr("modalprep.pipeline.study.write.missing", lambda module, what: f"{what} needs {module}")
+    (tmp_path / "study.parquet").write_text("of an older study")
+    written = write_study(ROWS, tmp_path)
+    assert [file.name for file in written.files] == ["study.csv", "index.html"]
+    assert written.notes == ("study.parquet needs pyarrow; study.csv has the same",)
+    assert not (tmp_path / "study.parquet").exists()
+
+
+def test_csv_has_all_digits_and_a_line_for_each_job(tmp_path):
+    write_study(ROWS, tmp_path, "panel")
+    with (tmp_path / "panel.csv").open(newline="") as file:
+        head, *lines = csv.reader(file)
+    assert len(lines) == len(ROWS)
+    assert float(lines[0][head.index("mass_kg")]) == 1 / 3
+    assert lines[1][head.index("cause")] == 'no "mesh"'
