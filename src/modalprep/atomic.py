@@ -28,10 +28,11 @@ FORMULA = re.compile(r"'*[=+\-@\t\r]")  # begins a cell that spreadsheets comput
 
 
 @contextmanager
-def atomic_path(path: str | Path) -> Iterator[Path]:
+def atomic_path(path: str | Path, beside: Path | None = None) -> Iterator[Path]:
     """Yield a temporary path beside `path`; rename it to `path` on success, remove it on failure.
 
-    The temporary name keeps the suffix, and the folder is made when it is missing.
+    The temporary name keeps the suffix, and the folder is made when it is missing. For a folder of very many files the
+    temporary path may be `beside` another one of the same disk: what killed runs have left is looked for there.
 
     Raises
     ------
@@ -49,10 +50,10 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     refuse_folder(path)
-    temporary = _temporary(path)
+    temporary = _temporary(beside or path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _remove_abandoned(path.parent)
+        temporary.parent.mkdir(parents=True, exist_ok=True)
+        _remove_abandoned(temporary.parent)
         yield temporary
         os.replace(temporary, path)
     except OSError as error:

@@ -45,6 +45,11 @@ def entries(cache):
     return sorted(cache.folder.glob("*.stage"))
 
 
+def held(cache):
+    """Bytes of all files of a cache."""
+    return sum(file.stat().st_size for file in cache.folder.rglob("*") if file.is_file())
+
+
 def build(file, cache):
     return build_body(file, file.parent / "output" / file.stem, Reporter(quiet=True), cache)
 
@@ -130,7 +135,7 @@ def test_nothing_is_executed(cache):
 
 def test_size_is_bounded(cache):
     """The entries that were not used for longest go; one that is too large is not stored."""
-    small = Cache(cache.folder, limit=100_000)
+    small = Cache(cache.folder, limit=110_000)
     keys = [small.key(k) for k in range(6)]
     for age, key in enumerate(keys[:4]):
         small.write(key, {"y": np.zeros(3000)}, 1.0)  # 24 kB each
@@ -139,10 +144,58 @@ def test_size_is_bounded(cache):
     small.write(keys[4], {"y": np.zeros(3000)}, 1.0)
     kept = [small.read(key) is not None for key in keys[:5]]
     assert kept == [True, False, True, True, True]
-    assert sum(file.stat().st_size for file in small.folder.iterdir()) <= 100_000
+    assert held(small) <= 110_000
     small.write(keys[5], {"y": np.zeros(20_000)}, 1.0)
     assert small.read(keys[5]) is None
     assert small.read(keys[4]) is not None
+
+
+@pytest.mark.parametrize("damage", [None, b"", b"lost", bytes(24)])
+def test_the_limit_is_kept_by_all_writers_together(cache, monkeypatch, damage):
+    """Two programs in turn, after each write and before each entry is in its place, whatever happened to the sizes."""
+    writers, sizes = [Cache(cache.folder, limit=100_000), Cache(cache.folder, limit=100_000)], []
+    replace = os.replace
+    monkeypatch.setattr("modalprep.atomic.os.replace", lambda *paths: (sizes.append(held(cache)), replace(*paths)))
+    for k in range(30):
+        writers[k % 2].write(cache.key(k), {"y": np.zeros(10 * k**2)}, 1.0)
+        sizes.append(held(cache))
+        if damage is not None and k % 7 == 0:
+            (cache.folder / "sizes").write_bytes(damage)
+    assert max(sizes) <= 100_000
+    assert max(sizes) > 80_000
+    assert cache.read(cache.key(29)) is not None
+
+
+def test_an_entry_in_the_making_counts(cache, monkeypatch):
+    """While one program has recorded an entry that is not in its place, another writes: both are within the limit."""
+    other, replace = Cache(cache.folder, limit=100_000), os.replace
+    cache = Cache(cache.folder, limit=100_000)
+    cache.write(cache.key("old"), {"y": np.zeros(5000)}, 1.0)
+
+    def late(source, target):
+        monkeypatch.setattr("modalprep.atomic.os.replace", replace)
+        other.write(other.key("other"), {"y": np.zeros(5000)}, 1.0)
+        assert held(cache) <= 100_000
+        replace(source, target)
+
+    monkeypatch.setattr("modalprep.atomic.os.replace", late)
+    cache.write(cache.key("new"), {"y": np.zeros(5000)}, 1.0)
+    assert held(cache) <= 100_000
+    assert [cache.read(cache.key(name)) is not None for name in ("old", "other", "new")] == [False, True, True]
+
+
+def test_writes_do_not_list_the_folder(cache, monkeypatch):
+    """It is listed for the first entry of all, and then when the recorded sizes reach the limit: each time 5 % go."""
+    listed, scandir = [], os.scandir
+    monkeypatch.setattr(os, "scandir", lambda path: listed.append(str(path)) or scandir(path))
+    monkeypatch.setattr("pathlib.Path.iterdir", lambda path: pytest.fail(f"{path} is listed"))
+    for k in range(50):
+        Cache(cache.folder).write(cache.key(k), SQUARE, 1.0)
+    assert listed.count(str(cache.folder)) == 1
+    size = held(cache) / 50
+    for k in range(50, 250):
+        Cache(cache.folder, limit=150 * size).write(cache.key(k), SQUARE, 1.0)
+    assert 2 <= listed.count(str(cache.folder)) <= 1 + 200 / 7
 
 
 def test_what_a_killed_writer_left_goes_too(cache):
@@ -174,7 +227,7 @@ def test_a_full_disk_costs_only_time(cache):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert (cache.use.found, cache.use.computed) == (0, 2)
-    assert list(cache.folder.iterdir()) == []
+    assert held(cache) == 0
 
 
 def test_savings_are_counted(cache):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import stat
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -20,6 +21,9 @@ from modalprep.pipeline.build.program import program
 
 MAGIC = b"modalprep cache 1\n"
 LIMIT = 5.0  # GiB
+KEPT = 0.95  # of the limit, when the oldest entries go
+MOST = 100_000  # records of sizes, until the folder is listed anyway
+RECORD = "<i8"  # bytes
 SECONDS = "seconds"  # computing time, stored with the entry
 
 
@@ -41,7 +45,9 @@ class Cache:
     """Arrays in the files of a folder, named by the hash of their inputs and of the program.
 
     Several processes may use one folder. An entry with a wrong checksum is removed and counts as missing; the
-    least recently used entries are removed when the folder exceeds `limit`.
+    least recently used entries are removed before the folder would exceed `limit`. The file ``sizes`` has the size of
+    the folder when it was last listed, and that of each entry since, so that no other write lists it. The limit may be
+    passed by the entries that other processes finish in the moment in which this file is replaced, until it is next.
 
     Attributes
     ----------
@@ -116,7 +122,8 @@ class Cache:
         size = sum(array.nbytes for array in arrays.values())
         if size > self.limit:
             return
-        with suppress(OutputError), atomic_path(self._path(key)) as temporary:
+        path = self._path(key)
+        with suppress(OutputError), atomic_path(path, beside=self._new / path.name) as temporary:
             with temporary.open("w+b") as file:
                 file.write(MAGIC + b" " * 64)
                 np.savez(file, **arrays, **{SECONDS: np.float64(seconds)})
@@ -124,25 +131,64 @@ class Cache:
                 checksum = _checksum(key, file)
                 file.seek(len(MAGIC))
                 file.write(checksum)
-        self._prune()
+            self._make_room(temporary)
 
     def _path(self, key: str) -> Path:
         return self.folder / f"{key}.stage"
 
-    def _prune(self) -> None:
-        """Remove the least recently used entries, and files of interrupted writers, down to the limit."""
-        entries = []
-        with suppress(OSError):  # the folder cannot be listed
-            for path in self.folder.iterdir():
-                with suppress(OSError):
-                    entries.append((path.stat().st_mtime, path.stat().st_size, path))
-        excess = sum(size for _, size, _ in entries) - self.limit
-        for _, size, path in sorted(entries):
-            if excess <= 0:
-                return
+    @property
+    def _new(self) -> Path:
+        return self.folder / "new"
+
+    @property
+    def _sizes(self) -> Path:
+        return self.folder / "sizes"
+
+    def _make_room(self, entry: Path) -> None:
+        """Record the size of an entry that is not yet in its place; list the folder where that may be too much.
+
+        Of two processes that record at once, the second sees both.
+        """
+        if len(self._recorded()):
+            with self._sizes.open("ab") as file:
+                file.write(np.array(entry.stat().st_size, dtype=RECORD).tobytes())
+        recorded = self._recorded()
+        if not 0 < len(recorded) < MOST or recorded.sum() > self.limit:
+            self._prune(entry)
+
+    def _recorded(self) -> np.ndarray:
+        """Return the size of the folder when it was last listed, and of each entry since; nothing if that is lost."""
+        raw = self._sizes.read_bytes() if self._sizes.is_file() else b""
+        whole = len(raw) % 8 == 0 and int.from_bytes(raw[:8], "little") > 0
+        return np.frombuffer(raw if whole else b"", dtype=RECORD)
+
+    def _prune(self, entry: Path) -> None:
+        """List the folder; remove what was not used for longest, also files of interrupted writers, not the entry."""
+        before, files = self._recorded(), [*_files(self._new), *_files(self.folder)]
+        total = sum(size for _, size, _ in files)
+        goal = KEPT * self.limit if total > self.limit else total
+        for _, size, path in sorted(files):
+            if total <= goal:
+                break
+            if path in (str(entry), str(self._sizes)):
+                continue
             with suppress(OSError):
-                path.unlink()
-            excess -= size
+                os.unlink(path)
+            total -= size
+        now = self._recorded()  # another process may have added to it, or replaced it
+        since = now[len(before) :] if np.array_equal(now[: len(before)], before) else now[1:]
+        with atomic_path(self._sizes, beside=self._new / self._sizes.name) as temporary:
+            np.array([total + since.sum()], dtype=RECORD).tofile(temporary)
+
+
+def _files(folder: Path) -> Iterator[tuple[float, int, str]]:
+    """Yield when each file of a folder was used, its size and its path."""
+    with suppress(OSError), os.scandir(folder) as entries:  # it cannot be listed
+        for entry in entries:
+            with suppress(OSError):
+                found = entry.stat()
+                if stat.S_ISREG(found.st_mode):
+                    yield found.st_mtime, found.st_size, entry.path
 
 
 def _checksum(key: str, file: BinaryIO) -> bytes:
