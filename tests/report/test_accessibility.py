@@ -5,8 +5,10 @@ import pytest
 from report.accessibility import needs_axe, violations
 from report.browser import needs_browser
 from report.page_of_all import whole_page
+from report.studies import study_rows
 
 from modalprep.multibody.results.result import Result
+from modalprep.pipeline.study.write import write_study
 from modalprep.report import write_run_page
 
 pytestmark = [needs_browser, needs_axe]
@@ -30,6 +32,15 @@ def test_page_of_a_run_violates_no_rule(tmp_path, dark):
     out = violations(write_run_page(run, tmp_path / "run.html"), tmp_path, dark=dark)
     assert out["faults"] == []
     assert out["violations"] == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_page_of_a_study_violates_no_rule(tmp_path, dark):
+    write_study(study_rows(60, waiting=20), tmp_path)
+    out = violations(tmp_path / "index.html", tmp_path, dark=dark)
+    assert out["faults"] == []
+    assert out["violations"] == []
+    assert out["passes"] > 20
 
 
 def test_rules_see_text_too_faint_to_read(block, tmp_path):

@@ -12,7 +12,7 @@ from modalprep.report.study.data import is_number, varying
 from modalprep.report.terminal import clock
 from modalprep.verdicts.verdict import FAIL, FAILED, OPEN, PASS, WARNED
 
-GROUPS, NAMED = 12, 8  # kinds of failures that are listed, and jobs that are named with each
+GROUPS, NAMED = 12, 4  # kinds of failures that are listed, and jobs that are named with each
 KINDS = ("failed", "not met", "warning")
 NUMBER = re.compile(r"\d[\d.]*(?:[eE][-+]?\d+)?")
 DONE, WAITING = "done", "waiting"
@@ -42,9 +42,9 @@ class Counts(NamedTuple):
     @property
     def words(self) -> str:
         """In a few words, the worst first."""
-        parts = ((self.failed, "failed"), (self.not_met, "not met"), (self.waiting, "waiting"))
-        said = [f"{count} {what}" for count, what in parts if count]
-        return ", ".join(said) or f"{self.done} done"
+        said = [f"{count} {what}" for count, what in ((self.failed, "failed"), (self.not_met, "not met")) if count]
+        so_far = f"{self.done} of {sum(self[:3])} done" if self.waiting else f"all {self.done} done"
+        return ", ".join(said) or so_far
 
 
 class Group(NamedTuple):
@@ -66,7 +66,7 @@ def counts(rows: Rows) -> Counts:
     Examples
     --------
     >>> counts([{"status": "done"}, {"status": "waiting"}]).words
-    '1 waiting'
+    '1 of 2 done'
     """
     status = Counter(row.get("status") for row in rows)
     done, waiting = status[DONE], status[WAITING]

@@ -68,10 +68,16 @@ def write_study_page(
     shown = _shown(columns, parameters)
     links = Links(columns, folders)
     named = {"columns": columns, "links": links, "shown": shown, "first": range(min(FIRST, len(rows)))}
-    more = {"folders": folders, "shown": shown, "parameters": list(parameters)}
+    groups = troubles(rows)
+    more = {
+        "folders": folders,
+        "shown": shown,
+        "parameters": list(parameters),
+        "groups": [each.jobs for each in groups],
+    }
     data = page_data(columns, more, [links.words(k) for k in range(len(rows))])
     sections = [
-        *_section("Failures", "failures", "failures.html", groups=troubles(rows), **named),
+        *_section("Failures and warnings", "failures", "failures.html", groups=groups, **named),
         *_section("Jobs", "jobs", "jobs.html", data=Markup(data), file=file, **named),
         *_section("Plot", "plot", "plot.html"),
         *_section("Extremes", "extremes", "extremes.html", rows=extremes(columns, parameters), **named),

@@ -2,7 +2,7 @@
 "use strict";
 (() => {
 if (!study) return;
-const { columns, byName, parameters, cell, write, pages, state, keep, choose, rows, listen } = study;
+const { columns, byName, parameters, places, cell, write, pages, state, keep, choose, rows, listen } = study;
 const form = document.getElementById("plot-form"), canvas = document.getElementById("plot-canvas"), pen = canvas.getContext("2d");
 const readout = document.getElementById("plot-readout"), legend = document.getElementById("plot-legend");
 const drawable = columns.filter(column => column.values || column.texts.length <= 200);
@@ -40,8 +40,7 @@ form.addEventListener("change", () => {
 // ---------- axes ----------
 function axis(column, log, some) {
   if (!column.values) {
-    const used = [...new Set(some.map(row => column.index[row]))].filter(Boolean)
-      .sort((a, b) => column.texts[a].localeCompare(column.texts[b], "en", { numeric: true }));
+    const order = places(column), used = [...new Set(some.map(row => column.index[row]))].filter(Boolean).sort((a, b) => order[a] - order[b]);
     const at = new Map(used.map((index, k) => [index, k]));
     const each = Math.max(1, Math.ceil(used.length / 12));
     return { of: row => at.has(column.index[row]) ? (at.get(column.index[row]) + 0.5) / used.length : NaN,

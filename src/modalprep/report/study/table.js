@@ -27,7 +27,7 @@ const pages = row => cell(data.pages, row).split(" ").filter(Boolean).map(word =
 });
 
 // ---------- what is chosen, also in the address, so that a reload keeps it ----------
-const state = { sort: null, up: true, words: "", filters: {}, shown: data.shown, plot: {} };
+const state = { sort: null, up: true, words: "", filters: {}, group: null, shown: data.shown, plot: {} };
 try { Object.assign(state, JSON.parse(decodeURIComponent(location.hash.slice(1)))); } catch { /* an anchor */ }
 state.shown = state.shown.filter(name => byName.has(name));
 const keep = () => history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(state))}`);
@@ -57,6 +57,7 @@ function textual(text) {
 }
 function tests() { // of rows; the tests of texts are done once for each text
   const found = [];
+  if (data.groups[state.group]) { const group = new Set(data.groups[state.group]); found.push(row => group.has(row)); }
   for (const [name, text] of Object.entries(state.filters)) {
     const column = byName.get(name), test = column && text.trim() && (column.values ? numeric : textual)(text.trim());
     if (!test) continue;
@@ -80,6 +81,14 @@ function trouble(row) { // failures first, what is waiting last
   return word === "FAIL" ? 1 : word === "PASS WITH WARNINGS" ? 2 : 3;
 }
 const ranks = Array.from({ length: count }, (_, row) => trouble(row));
+const collator = new Intl.Collator("en", { numeric: true }), alphabet = new Map();
+function places(column) { // of each text in the alphabet, found once
+  if (!alphabet.has(column)) {
+    const order = column.texts.map((text, k) => k).sort((a, b) => collator.compare(column.texts[a], column.texts[b]));
+    alphabet.set(column, order.reduce((at, text, k) => { at[text] = k; return at; }, []));
+  }
+  return alphabet.get(column);
+}
 function compare() {
   const column = byName.get(state.sort), sign = state.up ? 1 : -1;
   if (!column) return (a, b) => ranks[a] - ranks[b] || a - b;
@@ -87,9 +96,7 @@ function compare() {
     const x = column.values[a], y = column.values[b];
     return x === null || y === null ? (x === null) - (y === null) || a - b : sign * (x - y) || a - b; // empty ones last
   };
-  const order = column.texts.map((text, k) => k)
-    .sort((a, b) => column.texts[a].localeCompare(column.texts[b], "en", { numeric: true }));
-  const at = []; order.forEach((text, k) => { at[text] = k; });
+  const at = places(column);
   return (a, b) => !column.index[a] - !column.index[b] || sign * (at[column.index[a]] - at[column.index[b]]) || a - b;
 }
 
@@ -177,7 +184,7 @@ function apply() {
   for (let row = 0; row < count; row++) if (needed.every(test => test(row))) order.push(row);
   order.sort(compare());
   table.setAttribute("aria-rowcount", order.length + 2);
-  document.getElementById("study-shown").textContent = `${order.length} of ${count} jobs`;
+  document.getElementById("study-shown").textContent = `${order.length} of ${count} jobs${state.group === null ? "" : ", one kind of failure"}`;
   frame.scrollTop = 0;
   draw(true);
   keep();
@@ -214,7 +221,12 @@ form.elements.words.value = state.words;
 form.addEventListener("input", () => { state.words = form.elements.words.value; apply(); });
 form.addEventListener("submit", event => event.preventDefault());
 form.elements.clear.addEventListener("click", () => {
-  state.words = form.elements.words.value = ""; state.filters = {}; head(); apply();
+  state.words = form.elements.words.value = ""; state.filters = {}; state.group = null; head(); apply();
+});
+for (const button of document.querySelectorAll("[data-group]")) button.addEventListener("click", () => {
+  state.group = Number(button.dataset.group);
+  apply();
+  document.getElementById("jobs").scrollIntoView();
 });
 form.elements.troubles.addEventListener("click", () => { state.sort = null; head(); apply(); });
 frame.addEventListener("scroll", () => draw(false), { passive: true });
@@ -223,5 +235,5 @@ addEventListener("beforeprint", () => fill(0, Math.min(order.length, PRINTED), f
 addEventListener("afterprint", () => draw(true));
 table.classList.add("live");
 choices(); head(); apply();
-return { columns, byName, parameters, cell, write, pages, state, keep, choose, rows: () => order, listen: listener => listeners.push(listener) };
+return { columns, byName, parameters, places, cell, write, pages, state, keep, choose, rows: () => order, listen: listener => listeners.push(listener) };
 })();
