@@ -13,7 +13,8 @@ from pydantic import BaseModel
 
 from modalprep.cli import main
 from modalprep.errors import InputError
-from modalprep.pipeline.batch.grid import find_jobs
+from modalprep.pipeline.batch import grid
+from modalprep.pipeline.batch.grid import find_jobs, plan_jobs
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.settings import with_settings
 from modalprep.pipeline.build.sources import body_pipelines, needed_files, source_files
@@ -182,6 +183,22 @@ def test_pipelines_of_bodies_keep_their_own_files(folders):
     (job,) = find_jobs([str(file)], folders / "far" / "out")
     needed = [path.resolve() for path in needed_files(job.file)]
     assert needed == [job.file, own, folders / "data" / "m.msh"]
+
+
+def test_what_jobs_need_is_known_when_they_are_planned(folders, monkeypatch):
+    """Each combination is validated once, and no written file is read again; equal needs are kept once."""
+    file, validated = folders / "pipelines" / "job.toml", []
+    tables = '[mesh]\nfile = "a.msh"\n[reduction]\nmodes = 3\n[bodies.b]\npipeline = "../data/own.toml"\n'
+    file.write_text(tables + '[simulation]\nt_end = 1.0\n[grid]\n"simulation.rtol" = [1e-5, 1e-6, 2.0]\n')
+    monkeypatch.setattr(grid, "validated", lambda data, real=grid.validated: validated.append(data) or real(data))
+    planned = plan_jobs([str(file)], folders / "out")
+    assert len(validated) <= len(planned) + 1
+    named = [(path.resolve(),) for path in (folders / "data" / "own.toml", folders / "pipelines" / "a.msh")]
+    assert [needs for _, needs in planned] == [(3, *named), (3, *named), (0, (), ())]
+    assert planned[0][1] is planned[1][1]
+    for job, needs in planned[:2]:
+        assert {*needs.pipelines, *needs.files} == read_by(job.file)
+    assert plan_jobs([str(planned[0][0].file)], None)[0][1] == planned[0][1]
 
 
 def test_absolute_names_stay_and_links_keep_their_names(folders):

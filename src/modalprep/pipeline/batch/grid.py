@@ -7,9 +7,9 @@ import glob
 import itertools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import tomli_w
 from pydantic import ValidationError
@@ -17,13 +17,32 @@ from pydantic import ValidationError
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
-from modalprep.pipeline.build.sources import mark_source, refuse_shared, relative
+from modalprep.pipeline.build.sources import body_pipelines, mark_source, refuse_shared, relative, source_files
 from modalprep.pipeline.schema.base import first_message, named_files
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 LONGEST = 40  # characters of a value in a folder name
-MOST = 10_000  # combinations
+MOST = 100_000  # combinations
+
+
+class Needs(NamedTuple):
+    """What is known of a job before it runs.
+
+    Attributes
+    ----------
+    modes : int
+        That it asks for; 0 where its file is not valid.
+    pipelines, files : tuple of Path
+        Complete paths of the pipelines of its bodies, and of the other files that it names.
+    """
+
+    modes: int = 0
+    pipelines: tuple[Path, ...] = ()
+    files: tuple[Path, ...] = ()
+
+
+Planned = list[tuple[Job, Needs]]
 
 
 def find_jobs(patterns: Sequence[str], output: Path | None) -> list[Job]:
@@ -34,15 +53,27 @@ def find_jobs(patterns: Sequence[str], output: Path | None) -> list[Job]:
     InputError
         When nothing fits a pattern, a grid cannot be read, or two jobs would share a folder.
     """
+    return [job for job, _ in plan_jobs(patterns, output)]
+
+
+def plan_jobs(patterns: Sequence[str], output: Path | None) -> Planned:
+    """Return the jobs as `find_jobs` does, and what each of them needs.
+
+    Raises
+    ------
+    InputError
+        When nothing fits a pattern, a grid cannot be read, or two jobs would share a folder.
+    """
     files = dict.fromkeys(path for pattern in patterns for path in _matches(pattern))
-    jobs = [job for file in files for job in _jobs(file, output)]
+    found = [row for file in files for row in _jobs(file, output)]
     homes: dict[Path, Job] = {}
-    for job in jobs:
+    for job, _ in found:
         other = homes.setdefault(job.folder.resolve(), job)
         if other is not job:
             raise InputError(f"{other.file} and {job.file} would both write into {job.folder}; rename one")
-        refuse_shared(job.folder, job.cell.file if job.cell else job.file)
-    return jobs
+        if job.cell is None:
+            refuse_shared(job.folder, job.file)
+    return found
 
 
 def _matches(pattern: str) -> list[Path]:
@@ -56,18 +87,26 @@ def _matches(pattern: str) -> list[Path]:
     return found
 
 
-def _jobs(file: Path, output: Path | None) -> list[Job]:
+def _jobs(file: Path, output: Path | None) -> Planned:
     """Return the job of a file, or those of its grid; a file that cannot be read becomes a job that fails."""
     try:
         data = read_toml(file)[1]
     except InputError:
-        return [Job(file, output)]
+        return [(Job(file, output), Needs())]
     if "grid" not in data:
-        return [Job(file, output)]
+        return [(Job(file, output), _needs(file, validated(data)[0]))]
     return grid_jobs(file, data, output or file.parent / "output")
 
 
-def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
+def _needs(file: Path, pipeline: Pipeline | None) -> Needs:
+    """Return what a job with the tables of a file needs."""
+    if pipeline is None:
+        return Needs()
+    named = body_pipelines(file, pipeline), source_files(file, pipeline)
+    return Needs(pipeline.reduction.modes, *(tuple(path.resolve() for path in paths) for paths in named))
+
+
+def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> Planned:
     """Write a pipeline file for every combination of a grid into its output folder; return the jobs.
 
     Raises
@@ -77,27 +116,35 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
     """
     base = {key: value for key, value in data.items() if key != "grid"}
     grid = _checked(file, data["grid"])
-    labels = {key: _labels(values) for key, values in grid.items()}
-    jobs, texts, problems = [], [], []
-    for choice in itertools.product(*(range(len(values)) for values in grid.values())):
-        chosen = {key: grid[key][k] for key, k in zip(grid, choice, strict=True)}
-        shown = {key: labels[key][k] for key, k in zip(grid, choice, strict=True)}
-        name = "-".join([file.stem, *(f"{_short(key, grid)}={text}" for key, text in shown.items())])
-        cell = Cell(file, tuple(_short(key, grid) for key in grid), tuple(chosen.values()))
-        job = Job(output / name / f"{name}.toml", output, shown, cell)
-        data = combined(file, base, chosen, "[grid]")
-        pipeline, problem = validated(data)
-        problems.append(problem)
-        texts.append(tomli_w.dumps(moved(data, pipeline, file.parent, job.folder)))
-        jobs.append(job)
-    if all(problems):
-        raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")
+    jobs, known = list(_cells(file, grid, output)), dict[Needs, Needs]()  # equal needs are kept once
+
+    def tables(job: Job) -> dict[str, Any]:
+        return combined(file, base, dict(zip(grid, job.cell.values, strict=True)), "[grid]")
+
+    problems = (validated(tables(job))[1] for job in jobs)  # up to the first valid combination
+    if (problem := next(problems)) and all(problems):
+        raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problem}")
     for job in jobs:
         refuse_shared(job.folder, file)
-    for job, text in zip(jobs, texts, strict=True):
-        mark_source(job.folder, file)
-        write_job(job, f"# A combination of the grid of {file.name}.\n{text}")
-    return jobs
+    return [(job, known.setdefault(needs, needs)) for job in jobs for needs in [_write(file, job, tables(job))]]
+
+
+def _cells(file: Path, grid: dict[str, list], output: Path) -> Iterator[Job]:
+    """Yield the job of each combination."""
+    short, labels = tuple(_short(key, grid) for key in grid), [_labels(values) for values in grid.values()]
+    for values, texts in zip(itertools.product(*grid.values()), itertools.product(*labels), strict=True):
+        name = "-".join([file.stem, *(f"{key}={text}" for key, text in zip(short, texts, strict=True))])
+        shown = dict(zip(grid, texts, strict=True))
+        yield Job(output / name / f"{name}.toml", output, shown, Cell(file, short, values))
+
+
+def _write(file: Path, job: Job, data: dict[str, Any]) -> Needs:
+    """Write the file of a combination, and return what it needs."""
+    pipeline, _ = validated(data)
+    mark_source(job.folder, file)
+    text = tomli_w.dumps(moved(data, pipeline, file.parent, job.folder))
+    write_job(job, f"# A combination of the grid of {file.name}.\n{text}")
+    return _needs(file, pipeline)
 
 
 def _checked(file: Path, grid: Any) -> dict[str, list]:
@@ -165,7 +212,7 @@ def _short(key: str, grid: Iterable[str]) -> str:
 
 def moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path) -> dict[str, Any]:
     """Name the files that tables name relative to a folder from a new one; those of no valid pipeline are left."""
-    for keys, name in named_files(pipeline):
+    for keys, name in named_files(pipeline or {}):
         inner = data
         for key in keys[:-1]:
             inner = inner[key]

@@ -95,7 +95,9 @@ class ReferenceTable(Table):
         return self
 
 
-def named_files(value: Any, keys: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple[str | int, ...], FileName]]:
+def named_files(
+    value: Table | dict[str, Any] | list[Any], keys: tuple[str | int, ...] = ()
+) -> Iterator[tuple[tuple[str | int, ...], FileName]]:
     """Yield the keys and the name of each file that a table names, at any depth.
 
     Examples
@@ -105,12 +107,12 @@ def named_files(value: Any, keys: tuple[str | int, ...] = ()) -> Iterator[tuple[
     >>> list(named_files({"mesh": MeshTable(file="a.msh")}))
     [(('mesh', 'file'), 'a.msh')]
     """
-    if isinstance(value, FileName):
-        yield keys, value
-    several = isinstance(value, list | tuple)
-    items = enumerate(value) if several else value.items() if isinstance(value, dict) else ()
-    for key, inner in value if isinstance(value, Table) else items:
-        yield from named_files(inner, (*keys, key))
+    items = value.__dict__ if isinstance(value, Table) else value
+    for key, inner in items.items() if isinstance(items, dict) else enumerate(items):
+        if isinstance(inner, FileName):
+            yield (*keys, key), inner
+        elif inner and isinstance(inner, Table | dict | list):
+            yield from named_files(inner, (*keys, key))
 
 
 @contextmanager
