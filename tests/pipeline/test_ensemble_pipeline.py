@@ -10,6 +10,7 @@ import pytest
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.ensemble import draw_cases, read_ensemble, task
+from modalprep.pipeline.systems import ensembles
 
 SYSTEM = """
 [bodies.block]
@@ -131,6 +132,36 @@ def test_finished_cases_are_kept(run, tmp_path, monkeypatch):
         assert len(ran) == count
 
 
+def test_processes_give_the_numbers_of_threads(run, tmp_path, capsys):
+    """To the last bit, as each case is the same sums; where they run is no part of what the results are of."""
+    file, chosen = tmp_path / "output/job/job-ensemble.h5", 'pool = "processes"\nworkers = 2\nseed'
+    assert run(SYSTEM + ENSEMBLE)[0] == 0
+    threads = read_ensemble(file)
+    file.unlink()
+    assert run(SYSTEM + ENSEMBLE.replace("seed", chosen))[0] == 0
+    processes = read_ensemble(file)
+    assert all(np.array_equal(processes[name], threads[name]) for name in ("slide.displacement", "block.root.position"))
+    assert main(["simulate", str(tmp_path / "job.toml")]) == 0
+    assert "8 cases were finished before" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("where", [{"pool": "processes", "workers": 3}, {"scheduler": "tcp://127.0.0.1:1"}])
+def test_where_the_cases_run(run, monkeypatch, where):
+    """As the table says, but in the threads of its own where it is a job of a batch."""
+    found, real = [], ensembles.run_cases
+
+    def ran(*given, progress, **options):
+        found.append(options)
+        return real(*given, progress=progress)
+
+    monkeypatch.setattr(ensembles, "run_cases", ran)
+    lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in where.items())
+    assert run(SYSTEM + ENSEMBLE.replace("seed", lines + "seed"))[0] == 0
+    monkeypatch.setattr("multiprocessing.parent_process", lambda: "batch")
+    assert run(SYSTEM + ENSEMBLE.replace("seed", lines + "seed"))[0] == 0
+    assert found == [{"pool": "threads", "workers": None, "scheduler": None} | where, {}]
+
+
 def test_run_and_batch_do_ensembles_too(tmp_path, capsys):
     file = tmp_path / "job.toml"
     file.write_text(SYSTEM + ENSEMBLE)
@@ -143,6 +174,12 @@ def test_run_and_batch_do_ensembles_too(tmp_path, capsys):
 
 
 REFUSED = {
+    "'scheduler.json' is no address; write for example 'tcp://host:8786'": (
+        "seed",
+        'scheduler = "scheduler.json"\nseed',
+    ),
+    "'pool' has no effect beside 'scheduler'": ("seed", 'scheduler = "tcp://a:1"\npool = "processes"\nseed'),
+    "[ensemble.workers]: input should be greater than or equal to 1": ("seed", "workers = 0\nseed"),
     "[ensemble]: an ensemble of distributions needs the number of 'cases'": ("cases = 8\n", ""),
     "[ensemble.cases]: input should be greater than or equal to 1": ("cases = 8", "cases = 0"),
     "unknown key 'normel'; did you mean 'normal'?": ("{ normal", "{ normel"),

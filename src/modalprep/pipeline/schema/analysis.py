@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
+from modalprep.applies import Rule
 from modalprep.formats.statespace import WRITERS
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.quantities import TEXT_TOO, Duration, Frequency, in_si
@@ -154,6 +155,8 @@ class CollectTable(Table):
 class EnsembleTable(Table):
     """Many runs of the [simulation] that differ in start values, parameters of joints and loads, or gravity."""
 
+    applies: ClassVar = (Rule(("pool", "workers"), beside=("scheduler",)),)
+
     parameters: Annotated[dict[str, Values], Field(min_length=1)] = Field(
         description='by name in quotes, such as "hinge.angle", "stay.stiffness", "push.amplitude", "gravity.y": a '
         "distribution such as { normal = [0.0, 0.1] }, or a list with a value for each case"
@@ -169,6 +172,17 @@ class EnsembleTable(Table):
     percentiles: Annotated[list[Annotated[float, Field(ge=0, le=100)]], Field(min_length=1)] = Field(
         [5.0, 50.0, 95.0], description="of the bands and tables, %"
     )
+    pool: Literal["threads", "processes"] = Field(
+        "threads",
+        description="processes take seconds to start, and run the set-up of small systems at the same time; a job of a "
+        "batch has threads",
+    )
+    workers: Annotated[int, Field(ge=1)] | None = Field(
+        None, description="threads or processes; default one for each processor"
+    )
+    scheduler: str | None = Field(
+        None, description="address of a Dask scheduler whose workers run the cases instead, such as tcp://host:8786"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -177,6 +191,13 @@ class EnsembleTable(Table):
         if not isinstance(parameters, dict):
             return data
         return data | {"parameters": {name: _without_units(name, given) for name, given in parameters.items()}}
+
+    @field_validator("scheduler")
+    @classmethod
+    def _address(cls, scheduler: str | None) -> str | None:
+        if scheduler is not None and ":" not in scheduler:
+            raise ValueError(f"{scheduler!r} is no address; write for example 'tcp://host:8786'")
+        return scheduler
 
     @model_validator(mode="after")
     def _counted(self) -> EnsembleTable:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +59,7 @@ def simulate_ensemble(
     keeper = Keeper(files[0], whose)
     collected = _begun(task, keeper, reporter)
     with reporter.progress(f"{path.name}: ensemble of {table.count} cases", table.count, unit="cases") as progress:
-        found = run_cases(task, collected, keeper, progress=progress)
+        found = run_cases(task, collected, keeper, **_where(table), progress=progress)
     _tell(found, table, reporter)
     reporter.wrote(write_ensemble(found, files[0], levels=table.percentiles, identity=whose))
     reporter.wrote(write_statistics(found, files[1], table.percentiles))
@@ -84,6 +86,22 @@ def _options(pipeline: Pipeline) -> dict[str, Any]:
     s = pipeline.simulation
     names = ("t_end", "output_step", "rtol", "atol", "method", "max_step", "shortest_event")
     return {name: getattr(s, name) for name in names} | {"events": read_events(pipeline.events)}
+
+
+def _where(table: EnsembleTable) -> dict[str, Any]:
+    """Return where the cases run; those of a job of a batch in its own threads, as its neighbours have the others."""
+    if multiprocessing.parent_process() is not None or _on_cluster():
+        return {}
+    return {"pool": table.pool, "workers": table.workers, "scheduler": table.scheduler}
+
+
+def _on_cluster() -> bool:
+    """Whether this is a worker of a Dask cluster."""
+    distributed = sys.modules.get("distributed")
+    try:
+        return distributed is not None and distributed.get_worker() is not None
+    except ValueError:
+        return False
 
 
 def _begun(task: CaseTask, keeper: Keeper, reporter: Reporter) -> Collected:
