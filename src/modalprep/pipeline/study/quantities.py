@@ -11,6 +11,7 @@ import numpy as np
 
 from modalprep.pipeline.responses.required import largest_error
 from modalprep.report import summary
+from modalprep.response.result import PARTS
 from modalprep.verdicts.verdict import FAILED
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.result import Result
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.run import Outcome
-    from modalprep.pipeline.schema.analysis import CollectTable
+    from modalprep.pipeline.systems.systems import Simulated
 
 LOWEST = 10  # frequencies that are stated
 Quantity = int | float | str
@@ -28,7 +29,7 @@ SUPERSCRIPTS = str.maketrans({"²": "2", "½": "0.5", "^": "", "·": " "})
 
 
 def quantities(outcome: Outcome) -> dict[str, Quantity]:
-    """Return what a run states: of its body, responses, strength, system and motion, what was collected, the verdict.
+    """Return what a run states: what [collect] names, then body, responses, strength, system, motion and verdict.
 
     Names end in the unit of their number, as in ``mass_kg``. What is not known, NaN or infinite is left out.
 
@@ -49,6 +50,8 @@ def quantities(outcome: Outcome) -> dict[str, Quantity]:
 
 
 def _stated(outcome: Outcome) -> Stated:
+    if outcome.simulated is not None and outcome.collect is not None:
+        yield from collected(_run(outcome.simulated), outcome.collect.channels, outcome.collect.statistics)
     if outcome.built is not None:
         yield from _of_body(outcome.built.body)
         if outcome.built.error is not None:
@@ -92,7 +95,9 @@ def _of_margins(margins: Mapping[str, float]) -> Stated:
 
 def _of_response(found: Responded) -> Stated:
     for peak in found.response.worst():
-        yield _named(f"{found.name}.{peak.channel}_peak", peak.unit), peak.largest
+        place = peak.place if peak.place in PARTS or not peak.component else ""  # the worst is elsewhere in each job
+        parts = (found.name, peak.block, place, peak.component)
+        yield _named(f"{'.'.join(filter(None, parts))}_peak", peak.unit), peak.largest
 
 
 def _of_strength(found: Mapping[str, Mapping[str, Mapping[str, Mapping[str, Any]]]]) -> Stated:
@@ -116,7 +121,7 @@ def _of_analysis(outcome: Outcome) -> Stated:
 def _of_simulation(outcome: Outcome) -> Stated:
     if outcome.simulated is None:
         return
-    yield from _of_run(next(iter(outcome.simulated.runs.values())), outcome.collect)
+    yield from _of_run(_run(outcome.simulated))
     for envelope in outcome.simulated.envelopes:
         yield from _of_envelope(envelope)
     counts = summary.ensemble(outcome.simulated.ensemble)
@@ -125,15 +130,18 @@ def _of_simulation(outcome: Outcome) -> Stated:
             yield "cases" if status == "cases" else f"cases_{status}", count
 
 
-def _of_run(run: Result, collect: CollectTable | None) -> Stated:
+def _run(simulated: Simulated) -> Result:
+    """Return the main run."""
+    return next(iter(simulated.runs.values()))
+
+
+def _of_run(run: Result) -> Stated:
     yield "run_status", run.status
     yield "end_time_s", run.time[-1] if len(run.time) else math.nan
     for name in ("steps", "energy_error", "momentum_error"):
         yield name, run.stats.get(name, math.nan)
     for event, times in run.events.items():
         yield f"{event}_first_s", times[0] if len(times) else math.nan
-    if collect is not None:
-        yield from collected(run, collect.channels, collect.statistics)
 
 
 def collected(run: Result, channels: Sequence[str], statistics: Sequence[str]) -> Stated:

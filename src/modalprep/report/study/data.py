@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-ROUND_OFF = 1e-9
+ROUND_OFF, TINY = 1e-9, 1e-12  # of a number, and of zero
 DIGITS = ".8g"  # of numbers on the page; the files beside it have them all
 
 
@@ -41,7 +41,7 @@ def is_number(values: Sequence[Any]) -> bool:
 
 
 def varying(values: Sequence[Any]) -> bool:
-    """Whether a column has different values, numbers by more than round-off.
+    """Whether a column has different values that are no round-off.
 
     Examples
     --------
@@ -55,4 +55,4 @@ def varying(values: Sequence[Any]) -> bool:
 
 def _close(one: Any, other: Any) -> bool:
     numbers = not isinstance(one, str) and not isinstance(other, str)
-    return numbers and abs(one - other) <= ROUND_OFF * max(abs(one), abs(other))
+    return numbers and abs(one - other) <= max(ROUND_OFF * max(abs(one), abs(other)), TINY)

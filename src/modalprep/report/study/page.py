@@ -21,7 +21,7 @@ from modalprep.report.study.data import page_data, varying
 from modalprep.report.study.facts import WAITING, counts, extremes, facts, troubles
 
 FIRST = 50  # rows without scripts
-COLUMNS = 8  # quantities that are shown at first
+COLUMNS = 12  # quantities that are shown at first
 SELDOM = re.compile(
     r"(?:centre|inertia|mode|effective_mass)_|\w*frequency_(?:[4-9]|10)_|system_damping_|(?:energy|momentum)_error|"
     r"steps|run_status|end_time|not_met|warnings"

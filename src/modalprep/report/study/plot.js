@@ -20,6 +20,7 @@ let points = [], under = -1;
 const varies = column => column.values ? new Set(column.values.filter(x => x !== null)).size > 1 : column.texts.length > 2;
 const start = { x: drawable.find(c => parameters.includes(c.name) && varies(c)) ?? numbers.find(varies) ?? drawable.find(c => c.values),
   y: numbers.find(c => varies(c)) ?? drawable.find(c => c.values) };
+start.colour = drawable.find(c => parameters.includes(c.name) && varies(c) && c !== start.x);
 if (start.y === start.x) start.y = numbers.filter(varies)[1] ?? start.y;
 for (const name of ["x", "y", "colour"]) {
   const select = form.elements[name];
@@ -53,9 +54,13 @@ function axis(column, log, some) {
   const room = 0.04 * (high - low) || 0.05 * Math.abs(high) || 1;
   low -= room; high += room;
   return { of: row => fine(column.values[row]) ? (map(column.values[row]) - low) / (high - low) : NaN,
-    ticks: (log ? powers(low, high) : steps(low, high)).map(x => [(map(x) - low) / (high - low), write(x, 4)]) };
+    ticks: (levels(column, some) ?? (log ? powers(low, high) : steps(low, high))).map(x => [(map(x) - low) / (high - low), write(x, 4)]) };
 }
-function steps(low, high, most = 6) {
+function levels(column, some) { // of a parameter with few values
+  const found = parameters.includes(column.name) ? new Set(some.map(row => column.values[row])) : [];
+  return found.size > 1 && found.size <= 8 ? [...found].filter(x => x !== null).sort((a, b) => a - b) : null;
+}
+function steps(low, high, most = 8) {
   const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map(k => k * power).find(size => size >= rough), found = [];
   for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(Number((k * step).toPrecision(12)));
