@@ -2,21 +2,29 @@
 
 import csv
 import json
+import re
+from types import SimpleNamespace
 
 import numpy as np
 import pandas
 import pytest
 from bad.good import BEAM, HINGE
 
+from modalprep.ensemble.record import Ensemble
 from modalprep.errors import InputError
 from modalprep.examples import uniform_beam
+from modalprep.multibody.results.envelopes import Envelope
 from modalprep.multibody.results.result import Result
 from modalprep.pipeline.build.built import Built
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.responses.respond import Responded
 from modalprep.pipeline.run import Outcome, run_pipeline
 from modalprep.pipeline.study.quantities import collected, quantities
 from modalprep.pipeline.study.table import study_table
 from modalprep.pipeline.study.write import write_study
+from modalprep.reduction.error import ReductionError
+from modalprep.response.fatigue import Fatigue
+from modalprep.response.result import Peak, Response
 
 COLLECT = '[collect]\nchannels = ["hinge.angle", "job.root.position"]\n'
 SINE = [("max", 1.0), ("min", -1.0), ("rms", 0.5**0.5), ("final", 0.0)]
@@ -51,6 +59,84 @@ def test_body_states_the_rod_of_the_textbook(tmp_path):
     assert found["mode_1"] == body.mode_names[0]
     assert found["effective_mass_y"] == pytest.approx(0.613 + 0.188, abs=2e-3)  # of the first two modes in bending
     assert {"end_time_s", "margin", "cases"}.isdisjoint(found)
+
+
+STATED = """
+    cases cases_diverged cases_done cases_failed centre_x_m centre_y_m centre_z_m effective_mass_x effective_mass_y
+    effective_mass_z end_time_s energy_error frequency_1_Hz frequency_10_Hz inertia_xx_kg_m2 inertia_yy_kg_m2
+    inertia_zz_kg_m2 inertia_xy_kg_m2 inertia_yz_kg_m2 inertia_zx_kg_m2 margin margin_of mass_kg mode_1 mode_10
+    mode_count momentum_error not_met reduction_error run_status stable steps synthesis_frequency_1_Hz
+    synthesis_frequency_10_Hz system_damping_1 system_damping_10 system_frequency_1_Hz system_frequency_10_Hz verdict
+    warnings
+""".split()
+OF_NAMES = {  # as the documentation writes them
+    "arm.strut.N_min_N": "BODY.RECOVERY.COMPONENT_min_UNIT",
+    "arm.strut.N_max_N": "BODY.RECOVERY.COMPONENT_max_UNIT",
+    "life.a_damage": "FATIGUE.CHANNEL_damage",
+    "shock.a_maximax_m_s2": "SRS.CHANNEL_maximax_UNIT",
+    "shake.strut.N_peak_N": "RESPONSE.CHANNEL_peak_UNIT",
+    "shake.tip.acceleration.x_peak_m_s2": "RESPONSE.CHANNEL_peak_UNIT",
+    "touch_first_s": "EVENT_first_s",
+}
+
+
+def peak(place, component, unit, largest, margin=np.nan, block="strut"):
+    return Peak(block, place, component, unit, largest, {}, margin)
+
+
+@pytest.fixture
+def everything(tmp_path):
+    """An outcome with one of all that jobs state, put together from small records."""
+    stats = {"steps": 7, "energy_error": 1e-9, "momentum_error": 1e-12}
+    time, many = np.arange(2.0), np.arange(1.0, 13.0)
+    run = Result(time=time, channels={}, status="done", message="", stats=stats, events={"touch": np.array([0.5])})
+    places = {"places": ("left", "right"), "components": ("N",), "units": ("N",)}
+    extremes = {"highest": np.array([[3.0], [9.0]]), "lowest": np.array([[-4.0], [0.0]])}
+    when = dict.fromkeys(("highest_time", "lowest_time"), np.zeros((2, 1)))
+    strut = Envelope(body="arm", name="strut", allowable=10.0, **places, **extremes, **when)
+    cases = {"cases": {"g": np.zeros(4)}, "time": time, "channels": {}, "end": time[[1, 1, 1, 0]]}
+    status = {"status": ("done", "done", "failed", "diverged"), "message": ("",) * 4, "energy_error": np.zeros(4)}
+    peaks = (peak("left", "N", "N", 40.0, 0.5), peak("right", "N", "N", 60.0, 0.0),
+             peak("acceleration", "x", "m/s^2", 5.0, block="tip"))  # fmt: skip
+    response = Response(kind="harmonic", axis=time, names=(), units=(), values=np.zeros((2, 0)), peaks=peaks,
+                        inputs=(), input_values=np.zeros((2, 0)))  # fmt: skip
+    none = np.zeros(0)
+    damage = Fatigue(damage=0.25, duration=1.0, cycles=1.0, ranges=none, means=none, counts=none, largest=1.0,
+                     method="rainflow")  # fmt: skip
+    spectrum = SimpleNamespace(maximax=np.array([1.0, 8.0]), kind="absolute_acceleration", frequency=time)
+    error = ReductionError(up_to=9.0, full=np.ones(1), reduced=np.full(1, 1.01), static=none, sweep=none, dynamic=none)
+    modes = SimpleNamespace(frequency=many, damping=many / 100)
+    return Outcome(
+        tmp_path,
+        built=Built(uniform_beam(modes=12), tmp_path / "a.h5", [], error=error),
+        synthesised=SimpleNamespace(modes=modes),
+        analysed=SimpleNamespace(audits=(), equilibrium=SimpleNamespace(stable=True), modes=modes),
+        simulated=SimpleNamespace(runs={"": run}, audits=(), envelopes=(strut,), ensemble=Ensemble(**cases, **status)),
+        responses=[Responded("shake", response, tmp_path / "a.png")],
+        strength=SimpleNamespace(shocks={"shock": {"a": spectrum}}, fatigue={"life": {"a": damage}}),
+    )
+
+
+def test_everything_is_stated_by_the_names_of_the_documentation(everything, project):
+    found = quantities(everything)
+    assert {name for name in found if not re.search(r"_[2-9](?:_Hz)?$", name)} == {*STATED, *OF_NAMES}
+    text = (project / "docs" / "how-to" / "batch.md").read_text().partition("{ #table }")[2]
+    for name in (*STATED, *OF_NAMES.values()):
+        assert f"`{name}`" in text, name
+
+
+def test_extremes_and_margins_are_those_of_all_places(everything):
+    """Of 40 and 60 N in the response, and of +9 and -4 N in the run, of which 10 N are allowed: 10 / 9 - 1."""
+    found = quantities(everything)
+    assert found["shake.strut.N_peak_N"] == 60.0
+    assert (found["arm.strut.N_min_N"], found["arm.strut.N_max_N"]) == (-4.0, 9.0)
+    assert (found["margin"], found["margin_of"]) == (0.0, "shake.strut.right.N")
+    everything.responses.clear()
+    found = quantities(everything)
+    assert (found["margin"], found["margin_of"]) == (pytest.approx(1 / 9), "arm.strut.right.N")
+    assert (found["shock.a_maximax_m_s2"], found["life.a_damage"]) == (8.0, 0.25)
+    assert (found["cases"], found["cases_done"], found["cases_failed"]) == (4, 2, 1)
+    assert found["reduction_error"] == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize(("name", "expected"), SINE)

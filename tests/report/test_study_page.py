@@ -172,7 +172,8 @@ def test_plot_leads_to_the_rows(page):
       for (let k = 0; k < data.length; k += 4) if (data[k + 3] > 250) seen.add(data.slice(k, k + 3).join());
       return seen.size; };
     out.axes = ["x", "y", "colour"].map(name => plot.elements[name].value); out.said = said("plot-count");
-    type(plot.elements.colour, "", "change"); out.plain = ink(); type(plot.elements.colour, "energy_error", "change"); out.coloured = ink();
+    type(plot.elements.colour, "", "change"); out.plain = ink();
+    type(plot.elements.colour, "energy_error", "change"); out.coloured = ink();
     out.legend = said("plot-legend");
     type(plot.elements.colour, "material", "change"); out.words = said("plot-legend");
     canvas.focus(); press("ArrowRight"); out.readout = said("plot-readout");

@@ -60,7 +60,7 @@ def framed(
     styles: Sequence[str] = (),
 ) -> str:
     """Return a page with a box at the top; further scripts and styles are files of `modalprep.report`."""
-    style = [_file(file) for file in ("page.css", *styles, "body_page/paper.css")]
+    style = [_file(file) for file in ("page.css", "body_page/paper.css", *styles)]
     return _template().render(
         name=name,
         kind=kind,
