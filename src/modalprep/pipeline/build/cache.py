@@ -47,7 +47,8 @@ class Cache:
     Several processes may use one folder. An entry with a wrong checksum is removed and counts as missing; the
     least recently used entries are removed before the folder would exceed `limit`. The file ``sizes`` has the size of
     the folder when it was last listed, and that of each entry since, so that no other write lists it. The limit may be
-    passed by the entries that other processes finish in the moment in which this file is replaced, until it is next.
+    passed by what several processes are writing, one entry each, and until the next listing by the entries that others
+    finish in the moment in which this file is replaced.
 
     Attributes
     ----------
