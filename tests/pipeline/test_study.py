@@ -10,6 +10,7 @@ import pandas
 import pytest
 from bad.good import BEAM, HINGE
 
+from modalprep.cli import main
 from modalprep.ensemble.record import Ensemble
 from modalprep.errors import InputError
 from modalprep.examples import uniform_beam
@@ -91,7 +92,7 @@ def everything(tmp_path):
     time, many = np.arange(2.0), np.arange(1.0, 13.0)
     run = Result(time=time, channels={}, status="done", message="", stats=stats, events={"touch": np.array([0.5])})
     places = {"places": ("left", "right"), "components": ("N",), "units": ("N",)}
-    extremes = {"highest": np.array([[3.0], [9.0]]), "lowest": np.array([[-4.0], [0.0]])}
+    extremes = {"highest": np.array([[9.0], [3.0]]), "lowest": np.array([[-2.0], [-4.0]])}
     when = dict.fromkeys(("highest_time", "lowest_time"), np.zeros((2, 1)))
     strut = Envelope(body="arm", name="strut", allowable=10.0, **places, **extremes, **when)
     cases = {"cases": {"g": np.zeros(4)}, "time": time, "channels": {}, "end": time[[1, 1, 1, 0]]}
@@ -133,7 +134,7 @@ def test_extremes_and_margins_are_those_of_all_places(everything):
     assert (found["margin"], found["margin_of"]) == (0.0, "shake.strut.right.N")
     everything.responses.clear()
     found = quantities(everything)
-    assert (found["margin"], found["margin_of"]) == (pytest.approx(1 / 9), "arm.strut.right.N")
+    assert (found["margin"], found["margin_of"]) == (pytest.approx(1 / 9), "arm.strut.left.N")
     assert (found["shock.a_maximax_m_s2"], found["life.a_damage"]) == (8.0, 0.25)
     assert (found["cases"], found["cases_done"], found["cases_failed"]) == (4, 2, 1)
     assert found["reduction_error"] == pytest.approx(0.01)
@@ -161,6 +162,12 @@ def test_job_states_its_run_and_what_is_collected(hinged, tmp_path):
     assert names.index("mass_kg") < names.index("end_time_s") < names.index("verdict")
 
 
+def test_command_shows_the_quantities(hinged, tmp_path, capsys):
+    assert main(["run", str(hinged()), "--output", str(tmp_path / "out"), "--no-report", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["quantities"]
+    assert found["hinge.angle_max_rad"] == found["hinge.angle_final_rad"]
+
+
 def test_collect_chooses_statistics(hinged, tmp_path):
     found = stated(hinged(COLLECT + 'statistics = ["rms"]\n'), tmp_path)
     assert [name for name in found if name.startswith("hinge.")] == ["hinge.angle_rms_rad"]
@@ -174,10 +181,8 @@ def test_unknown_channel_is_refused_before_the_body_is_built(hinged, tmp_path):
 
 def test_collect_needs_a_run(hinged, tmp_path):
     file = hinged()
-    file.write_text(
-        file.read_text().replace(HINGE[HINGE.index("[sim") :], "").replace(HINGE[: HINGE.index("[sim")], "")
-    )
-    with pytest.raises(InputError, match="collect"):
+    file.write_text(file.read_text().partition("[joints")[0] + COLLECT)
+    with pytest.raises(InputError, match="'collect' has no effect without 'simulation'"):
         stated(file, tmp_path)
 
 

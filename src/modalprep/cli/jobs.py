@@ -66,7 +66,9 @@ def run(
     for page in pages if browser else ():
         reporter.wrote(print_page(page, browser))
     if as_json:
-        print_json(summary.outcome(outcome, reporter))
+        from modalprep.pipeline.study.quantities import quantities
+
+        print_json(summary.outcome(outcome, reporter) | {"quantities": quantities(outcome)})
     else:
         reporter.say(f"outputs are in {outcome.folder}")
     if show:

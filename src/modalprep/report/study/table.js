@@ -28,7 +28,11 @@ const pages = row => cell(data.pages, row).split(" ").filter(Boolean).map(word =
 
 // ---------- what is chosen, also in the address, so that a reload keeps it ----------
 const state = { sort: null, up: true, words: "", filters: {}, group: null, shown: data.shown, plot: {} };
-try { Object.assign(state, JSON.parse(decodeURIComponent(location.hash.slice(1)))); } catch { /* an anchor */ }
+let kept = {};
+try { kept = JSON.parse(decodeURIComponent(location.hash.slice(1))) ?? {}; } catch { /* an anchor of the page */ }
+for (const key of Object.keys(state))
+  if (state[key] === null || (typeof kept[key] === typeof state[key] && Array.isArray(kept[key]) === Array.isArray(state[key])))
+    state[key] = kept[key] ?? state[key];
 state.shown = state.shown.filter(name => byName.has(name));
 const keep = () => history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(state))}`);
 
