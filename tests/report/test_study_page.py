@@ -192,7 +192,6 @@ def test_a_reload_shows_what_was_chosen(page):
 @needs_browser
 def test_plot_leads_to_the_rows(page):
     out = probed(page, """
-    await wait(100);
     const canvas = $("plot-canvas"), plot = $("plot-form"), pen = canvas.getContext("2d");
     const press = key => canvas.dispatchEvent(new KeyboardEvent("keydown", { key }));
     const ink = () => {
@@ -248,6 +247,14 @@ def test_ten_thousand_jobs_are_a_window_of_rows(tmp_path):
     assert out["index"] == "10002"
     assert out["seen"] >= 15
     assert out["last"] == "arm-9999"
+
+
+@needs_browser
+@pytest.mark.parametrize("count", [0, 5])
+def test_page_before_any_job_has_ended_has_no_plot(tmp_path, count):
+    write_study([row | {"parameters": {"E": "70 GPa"}} for row in study_rows(count, waiting=count)[1:]], tmp_path)
+    out = probed(tmp_path / "index.html", 'out.shown = shown(); out.plot = $("plot-form");')
+    assert out == {"faults": [], "shown": max(0, count - 1), "plot": None}
 
 
 @needs_browser

@@ -17,7 +17,7 @@ from modalprep.atomic import atomic_path
 from modalprep.report.body_page.frame import framed, now
 from modalprep.report.body_page.section import Section
 from modalprep.report.body_page.table import written
-from modalprep.report.study.data import page_data, varying
+from modalprep.report.study.data import is_number, page_data, varying
 from modalprep.report.study.facts import WAITING, counts, extremes, facts, troubles
 
 FIRST = 50  # rows without scripts
@@ -79,7 +79,7 @@ def write_study_page(
     sections = [
         *_section("Failures and warnings", "failures", "failures.html", groups=groups, **named),
         *_section("Jobs", "jobs", "jobs.html", data=Markup(data), file=file, **named),
-        *_section("Plot", "plot", "plot.html"),
+        *_section("Plot", "plot", "plot.html", numbers=any(map(is_number, columns.values()))),
         *_section("Extremes", "extremes", "extremes.html", rows=extremes(columns, parameters), **named),
     ]
     number = counts(rows)

@@ -1,13 +1,13 @@
 // The plot of a study: a point for each job that the table shows, by any two columns, coloured by a third.
 "use strict";
 (() => {
-if (!study) return;
+if (!study || !document.getElementById("plot-form")) return;
 const { columns, byName, parameters, places, cell, write, pages, state, keep, choose, rows, listen } = study;
 const form = document.getElementById("plot-form"), canvas = document.getElementById("plot-canvas"), pen = canvas.getContext("2d");
 const readout = document.getElementById("plot-readout"), legend = document.getElementById("plot-legend");
 const drawable = columns.filter(column => column.values || column.texts.length <= 200);
 const numbers = columns.filter(column => column.values && !parameters.includes(column.name) && column.name !== "seconds");
-if (!pen || !columns.some(column => column.values)) return;
+if (!pen) return;
 for (const part of [form, canvas.parentElement, readout]) part.hidden = false;
 const RAMP = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b"];
 const RAMP_DARK = [...RAMP.slice(3), "#fde725"];
@@ -180,7 +180,8 @@ canvas.addEventListener("keydown", event => {
   if (step && points.length) { event.preventDefault(); tell(points[(at + step + points.length) % points.length]); }
   if (event.key === "Enter" && under >= 0) choose(under);
 });
-new ResizeObserver(() => draw()).observe(canvas.parentElement);
+draw();
+new ResizeObserver(() => { if (canvas.width !== Math.floor(canvas.clientWidth * (devicePixelRatio || 1))) draw(); }).observe(canvas.parentElement);
 dark.addEventListener("change", draw);
 listen(() => { under = -1; readout.textContent = empty; draw(); });
 })();
