@@ -125,7 +125,7 @@ def test_filters_of_numbers_texts_and_words(page):
     [out.part, out.whole, out.not] = ["pass", "=pass", "!pass"].map(text => filter("verdict", text)[0]);
     filter("verdict", ""); type(form.elements.words, "Steel volume"); out.words = shown();
     form.elements.clear.click(); out.all = shown();
-    document.querySelector("[data-group='1']").click(); out.group = column("margin");
+    document.querySelectorAll("[data-group]")[1].click(); out.group = column("margin"); out.said = said("study-shown");
     """)  # fmt: skip
     assert out["faults"] == []
     assert out["mass"] == [int(found.sum()) for found in expected.values()]
@@ -133,6 +133,7 @@ def test_filters_of_numbers_texts_and_words(page):
     assert (out["part"], out["whole"], out["not"]) == (48, 42, 12)
     assert (out["words"], out["all"]) == (6, 60)
     assert out["group"] == ["-0.5"] * 6
+    assert out["said"] == "6 of 60 jobs, not met: margin of strut N"
 
 
 @needs_browser
@@ -234,6 +235,10 @@ def test_ten_thousand_jobs_are_a_window_of_rows(tmp_path):
     out = probed(tmp_path / "index.html", """
     out.rows = lines().length; out.said = shown(); out.height = table.offsetHeight;
     const frame = $("study-frame"); frame.scrollTop = 140000; frame.dispatchEvent(new Event("scroll"));
+    lines().at(-1).querySelector("a").focus(); const before = document.activeElement.textContent;
+    frame.scrollTop += 600; frame.dispatchEvent(new Event("scroll"));
+    out.focus = [before, document.activeElement.textContent]; frame.scrollTop = 140000;
+    frame.dispatchEvent(new Event("scroll"));
     out.middle = lines()[0].getAttribute("aria-rowindex"); out.index = table.getAttribute("aria-rowcount");
     const seen = frame.getBoundingClientRect(), box = row => row.getBoundingClientRect();
     out.seen = lines().filter(row => box(row).bottom > seen.top && box(row).top < seen.bottom).length;
@@ -246,6 +251,7 @@ def test_ten_thousand_jobs_are_a_window_of_rows(tmp_path):
     assert 4900 < int(out["middle"]) < 5001
     assert out["index"] == "10002"
     assert out["seen"] >= 15
+    assert out["focus"][0] == out["focus"][1]  # of a link whose row is made anew
     assert out["last"] == "arm-9999"
 
 

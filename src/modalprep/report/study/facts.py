@@ -55,6 +55,11 @@ class Group(NamedTuple):
     jobs: list[int]
 
     @property
+    def name(self) -> str:
+        """Kind and sentence."""
+        return f"{self.kind}: {self.says}"
+
+    @property
     def first(self) -> list[int]:
         """Those that are named."""
         return self.jobs[:NAMED]

@@ -73,7 +73,7 @@ def write_study_page(
         "folders": folders,
         "shown": shown,
         "parameters": list(parameters),
-        "groups": [each.jobs for each in groups],
+        "groups": {each.name: each.jobs for each in groups},
     }
     data = page_data(columns, more, [links.words(k) for k in range(len(rows))])
     sections = [

@@ -61,7 +61,10 @@ function textual(text) {
 }
 function tests() { // of rows; the tests of texts are done once for each text
   const found = [];
-  if (data.groups[state.group]) { const group = new Set(data.groups[state.group]); found.push(row => group.has(row)); }
+  if (Object.hasOwn(data.groups, state.group ?? "")) {
+    const group = new Set(data.groups[state.group]);
+    found.push(row => group.has(row));
+  }
   for (const [name, text] of Object.entries(state.filters)) {
     const column = byName.get(name), test = column && text.trim() && (column.values ? numeric : textual)(text.trim());
     if (!test) continue;
@@ -175,7 +178,9 @@ function fill(from, to, more = true) {
   [first, last] = [from, to];
   const body = order.slice(from, to).map(line);
   body.forEach((tr, k) => tr.setAttribute("aria-rowindex", from + k + 3)); // below the two rows of the head
+  const focused = table.tBodies[0].contains(document.activeElement) ? document.activeElement.href : null;
   table.tBodies[0].replaceChildren(...(more && from ? [space(from)] : []), ...body, ...(more && to < order.length ? [space(order.length - to)] : []));
+  if (focused) [...table.tBodies[0].querySelectorAll("a")].find(link => link.href === focused)?.focus({ preventScroll: true });
 }
 function draw(force) {
   const top = Math.floor(frame.scrollTop / ROW), seen = Math.ceil(frame.clientHeight / ROW);
@@ -188,7 +193,7 @@ function apply() {
   for (let row = 0; row < count; row++) if (needed.every(test => test(row))) order.push(row);
   order.sort(compare());
   table.setAttribute("aria-rowcount", order.length + 2);
-  document.getElementById("study-shown").textContent = `${order.length} of ${count} jobs${state.group === null ? "" : ", one kind of failure"}`;
+  document.getElementById("study-shown").textContent = `${order.length} of ${count} jobs${state.group === null ? "" : `, ${state.group}`}`;
   frame.scrollTop = 0;
   draw(true);
   keep();
@@ -228,7 +233,7 @@ form.elements.clear.addEventListener("click", () => {
   state.words = form.elements.words.value = ""; state.filters = {}; state.group = null; head(); apply();
 });
 for (const button of document.querySelectorAll("[data-group]")) button.addEventListener("click", () => {
-  state.group = Number(button.dataset.group);
+  state.group = button.dataset.group;
   apply();
   document.getElementById("jobs").scrollIntoView();
 });
