@@ -211,6 +211,15 @@ def test_a_parameter_with_the_name_of_a_column_gets_another():
     assert table.columns["status"] == ["done"]
 
 
+def test_parameters_in_one_unit_are_numbers():
+    rows = [{"job": f"{E}", "status": "waiting", "parameters": {"E": E, "t": t, "file": f}}
+            for E, t, f in (("70 GPa", "2 mm", "3 parts.msh"), ("2.1e2 GPa", 0.002, "b.msh"))]  # fmt: skip
+    table = study_table(rows)
+    assert table.parameters == ("E_GPa", "t", "file")
+    assert table.columns["E_GPa"] == [70.0, 210.0]
+    assert table.columns["t"] == ["2 mm", 0.002]
+
+
 def test_pandas_reads_the_same_from_both_files(tmp_path):
     pytest.importorskip("pyarrow")
     names = [file.name for file in write_study(ROWS, tmp_path).files]

@@ -258,7 +258,7 @@ def test_ten_thousand_jobs_are_a_window_of_rows(tmp_path):
 @needs_browser
 @pytest.mark.parametrize("count", [0, 5])
 def test_page_before_any_job_has_ended_has_no_plot(tmp_path, count):
-    write_study([row | {"parameters": {"E": "70 GPa"}} for row in study_rows(count, waiting=count)[1:]], tmp_path)
+    write_study([row | {"parameters": {"material": "steel"}} for row in study_rows(count, waiting=count)[1:]], tmp_path)
     out = probed(tmp_path / "index.html", 'out.shown = shown(); out.plot = $("plot-form");')
     assert out == {"faults": [], "shown": max(0, count - 1), "plot": None}
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from modalprep.pipeline.responses.required import largest_error
+from modalprep.pipeline.study.table import with_unit
 from modalprep.report import summary
 from modalprep.response.result import PARTS
 from modalprep.verdicts.verdict import FAILED
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 LOWEST = 10  # frequencies that are stated
 Quantity = int | float | str
 Stated = Iterator[tuple[str, Any]]
-SUPERSCRIPTS = str.maketrans({"²": "2", "½": "0.5", "^": "", "·": " "})
 
 
 def quantities(outcome: Outcome) -> dict[str, Quantity]:
@@ -37,6 +36,11 @@ def quantities(outcome: Outcome) -> dict[str, Quantity]:
     ----------
     outcome : Outcome
         Of `run_pipeline`.
+
+    Returns
+    -------
+    dict of float or str
+        By name, in the order of the columns.
 
     Examples
     --------
@@ -97,13 +101,13 @@ def _of_response(found: Responded) -> Stated:
     for peak in found.response.worst():
         place = peak.place if peak.place in PARTS or not peak.component else ""  # the worst is elsewhere in each job
         parts = (found.name, peak.block, place, peak.component)
-        yield _named(f"{'.'.join(filter(None, parts))}_peak", peak.unit), peak.largest
+        yield with_unit(f"{'.'.join(filter(None, parts))}_peak", peak.unit), peak.largest
 
 
 def _of_strength(found: Mapping[str, Mapping[str, Mapping[str, Mapping[str, Any]]]]) -> Stated:
     for name, spectra in found["srs"].items():
         for channel, spectrum in spectra.items():
-            yield _named(f"{name}.{channel}_maximax", spectrum["unit"]), spectrum["maximax"]
+            yield with_unit(f"{name}.{channel}_maximax", spectrum["unit"]), spectrum["maximax"]
     for name, damages in found["fatigue"].items():
         for channel, damage in damages.items():
             yield f"{name}.{channel}_damage", damage["damage"]
@@ -166,7 +170,7 @@ def collected(run: Result, channels: Sequence[str], statistics: Sequence[str]) -
 
     for part, values in run.table(channels).items() if channels else ():
         for name in statistics:
-            yield _named(f"{part}_{name}", channel_unit(run, part)), _statistic(name, run.time, values)
+            yield with_unit(f"{part}_{name}", channel_unit(run, part)), _statistic(name, run.time, values)
 
 
 def _statistic(name: str, time: np.ndarray, values: np.ndarray) -> float:
@@ -186,8 +190,8 @@ def _of_envelope(envelope: Envelope) -> Stated:
         units = set(envelope.units[j::c])
         unit = units.pop() if len(units) == 1 else ""
         name = f"{envelope.body}.{envelope.name}.{component}"
-        yield _named(f"{name}_min", unit), envelope.lowest[:, j].min()
-        yield _named(f"{name}_max", unit), envelope.highest[:, j].max()
+        yield with_unit(f"{name}_min", unit), envelope.lowest[:, j].min()
+        yield with_unit(f"{name}_max", unit), envelope.highest[:, j].max()
 
 
 def _of_verdict(outcome: Outcome) -> Stated:
@@ -200,18 +204,6 @@ def _of_verdict(outcome: Outcome) -> Stated:
 def _numbered(name: str, values: Sequence[Any]) -> Stated:
     for k, value in enumerate(values[:LOWEST], start=1):
         yield name.format(k), value
-
-
-def _named(name: str, unit: str) -> str:
-    """Return a name with the unit at its end, in letters that need no quotes.
-
-    Examples
-    --------
-    >>> _named("tip.acceleration.x_peak", "m/s^2"), _named("hinge.torque_max", "N m"), _named("damage", "")
-    ('tip.acceleration.x_peak_m_s2', 'hinge.torque_max_N_m', 'damage')
-    """
-    text = re.sub(r"[^\w.]+", "_", unit.translate(SUPERSCRIPTS)).strip("_")
-    return f"{name}_{text}" if text and unit != "1" else name
 
 
 def _plain(value: Any) -> Quantity:

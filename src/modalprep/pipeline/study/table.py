@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 FIXED = ("status", "verdict", "cause", "seconds")
+SIGNS = str.maketrans({"²": "2", "½": "0.5", "^": "", "·": " "})
+WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ].*?)\s*")
 Cell = float | int | str | None
 
 
@@ -49,19 +52,19 @@ class StudyTable:
 def study_table(rows: Sequence[Mapping[str, Any]]) -> StudyTable:
     """Return the table of the jobs of a batch, as ``batch.json`` lists them.
 
-    A parameter that is called as another column is called ``parameter_NAME``, and a quantity that is called as a
-    parameter ``NAME_result``.
+    A parameter whose values are texts with one unit is a number, called ``NAME_UNIT``. One that is called as another
+    column is called ``parameter_NAME``, and a quantity that is called as a parameter ``NAME_result``.
     """
-    parameters = _renamed([row.get("parameters") or row.get("values") or {} for row in rows], ("job", *FIXED),
-                          "parameter_{}")  # fmt: skip
+    given = [row.get("parameters") or row.get("values") or {} for row in rows]
+    parameters = dict(_in_one_unit(*column) for column in _renamed(given, ("job", *FIXED), "parameter_{}").items())
     named = ("job", *FIXED, *parameters)
     stated = [row.get("quantities") or {} for row in rows]
-    given = _renamed([{key: x for key, x in each.items() if key not in FIXED} for each in stated], named, "{}_result")
+    found = _renamed([{key: x for key, x in each.items() if key not in FIXED} for each in stated], named, "{}_result")
     fixed = {"job": [row["job"] for row in rows], **parameters, "status": [row.get("status") for row in rows]}
     fixed["verdict"] = [(row.get("verdict") or {}).get("word") for row in rows]
     fixed["cause"] = [row.get("cause") or None for row in rows]
     fixed["seconds"] = [_cell(row.get("seconds")) for row in rows]
-    return StudyTable(fixed | given, tuple(parameters))
+    return StudyTable(fixed | found, tuple(parameters))
 
 
 def _renamed(rows: Sequence[Mapping[str, Any]], taken: Sequence[str], other: str) -> dict[str, list[Cell]]:
@@ -70,6 +73,33 @@ def _renamed(rows: Sequence[Mapping[str, Any]], taken: Sequence[str], other: str
     return {
         other.format(name) if name in taken else name: [_cell(row.get(name)) for row in rows] for name in names
     }  # fmt: skip
+
+
+def _in_one_unit(name: str, cells: list[Cell]) -> tuple[str, list[Cell]]:
+    """Return a column of texts with one unit as numbers, and its name with the unit.
+
+    Examples
+    --------
+    >>> _in_one_unit("E", ["70 GPa", None, "210 GPa"]), _in_one_unit("t", ["2 mm", "1 in"])
+    (('E_GPa', [70.0, None, 210.0]), ('t', ['2 mm', '1 in']))
+    """
+    found = [WITH_UNIT.fullmatch(cell) if isinstance(cell, str) else None for cell in cells]
+    units = {match and match[2] for match, cell in zip(found, cells, strict=True) if cell is not None}
+    if len(units) != 1 or None in units:
+        return name, cells
+    return with_unit(name, units.pop()), [match and float(match[1]) for match in found]
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return a name with the unit at its end, in letters that need no quotes.
+
+    Examples
+    --------
+    >>> with_unit("tip.acceleration.x_peak", "m/s^2"), with_unit("hinge.torque_max", "N m"), with_unit("damage", "")
+    ('tip.acceleration.x_peak_m_s2', 'hinge.torque_max_N_m', 'damage')
+    """
+    text = re.sub(r"[^\w.]+", "_", unit.translate(SIGNS)).strip("_")
+    return f"{name}_{text}" if text and unit != "1" else name
 
 
 def _cell(value: Any) -> Cell:

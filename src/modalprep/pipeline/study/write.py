@@ -31,6 +31,11 @@ def write_study(rows: Sequence[Mapping[str, Any]], folder: Path, name: str = "st
     name : str
         Of the files.
 
+    Returns
+    -------
+    Written
+        The files, and that one was not written, where it was not.
+
     Raises
     ------
     OutputError

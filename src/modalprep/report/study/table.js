@@ -115,7 +115,7 @@ const width = column => {
   const step = Math.max(1, Math.floor(count / 300)), heads = Math.min(column.name.length, 15) + 4;
   let most = column.values ? 6 : Math.max(...column.texts.map(text => text.length));
   for (let row = 0; column.values && row < count; row += step) most = Math.max(most, write(column.values[row]).length);
-  return Math.min(Math.max(heads, most + 3), WIDEST);
+  return Math.min(Math.max(heads, most + 4), WIDEST);
 };
 const widths = new Map(columns.map(column => [column.name, width(column)]));
 function head() {
