@@ -264,6 +264,17 @@ def test_page_before_any_job_has_ended_has_no_plot(tmp_path, count):
 
 
 @needs_browser
+def test_paper_has_the_first_thousand_rows_and_says_so(tmp_path):
+    write_study(study_rows(1200), tmp_path)
+    out = probed(tmp_path / "index.html", """
+    dispatchEvent(new Event("beforeprint"));
+    out.paper = [table.tBodies[0].rows.length, lines().length, said("study-printed")];
+    dispatchEvent(new Event("afterprint")); out.rows = lines().length < 80;
+    """)  # fmt: skip
+    assert out == {"faults": [], "paper": [1000, 1000, "1000 of 1200 jobs."], "rows": True}
+
+
+@needs_browser
 def test_hostile_names_are_only_shown(tmp_path):
     hostile = "</script><script>faults.push('ran')</script><b>{{ 7*7 }}"
     row = {

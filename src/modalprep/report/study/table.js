@@ -18,8 +18,8 @@ function write(value, digits = 5) {
   if (typeof value === "string") return value;
   const size = Math.abs(value);
   if (size === 0 || (size >= 1e-4 && size < 1e7)) return String(Number(value.toPrecision(size >= 10 ** digits ? 8 : digits)));
-  const [base, power] = value.toExponential(digits - 1).split("e");
-  return `${Number(base)} × 10${[...String(Number(power))].map(sign => POWERS[sign]).join("")}`;
+  const [base, power] = value.toExponential(digits - 1).split("e").map(Number);
+  return `${base === 1 ? "" : `${base} × `}10${[...String(power)].map(sign => POWERS[sign]).join("")}`;
 }
 const pages = row => cell(data.pages, row).split(" ").filter(Boolean).map(word => {
   const path = folders[row].split("/").map(encodeURIComponent), name = folders[row].split("/").pop();
@@ -240,7 +240,10 @@ for (const button of document.querySelectorAll("[data-group]")) button.addEventL
 form.elements.troubles.addEventListener("click", () => { state.sort = null; head(); apply(); });
 frame.addEventListener("scroll", () => draw(false), { passive: true });
 addEventListener("resize", () => draw(true));
-addEventListener("beforeprint", () => fill(0, Math.min(order.length, PRINTED), false));
+addEventListener("beforeprint", () => {
+  fill(0, Math.min(order.length, PRINTED), false);
+  document.getElementById("study-printed").textContent = `${last} of ${count} jobs.`;
+});
 addEventListener("afterprint", () => draw(true));
 table.classList.add("live");
 choices(); head(); apply();
