@@ -84,18 +84,8 @@ class Envelope(Record):
         list of dict
             In the order of the places.
         """
-        margin, c = self.margin, len(self.components)
-        units = self.units * (1 if len(self.units) > c else len(self.places))
-        return [
-            {
-                "body": self.body, "recovery": self.name, "place": place, "component": component,
-                "unit": units[i * c + j], "highest": float(self.highest[i, j]), "at_s": float(self.highest_time[i, j]),
-                "lowest": float(self.lowest[i, j]), "lowest_at_s": float(self.lowest_time[i, j]),
-                "margin": float(margin[i, j]),
-            }
-            for i, place in enumerate(self.places)
-            for j, component in enumerate(self.components)
-        ]  # fmt: skip
+        margin = self.margin
+        return [self._row(i, j, margin) for i in range(len(self.places)) for j in range(len(self.components))]
 
     def worst(self) -> list[dict[str, str | float]]:
         """Return the row of the place with the largest magnitude of each component.
@@ -105,8 +95,18 @@ class Envelope(Record):
         list of dict
             As `rows`, one for each component.
         """
-        rows, c = self.rows(), len(self.components)
-        return [rows[int(i) * c + j] for j, i in enumerate(np.argmax(self.largest, axis=0))]
+        margin = self.margin
+        return [self._row(i, j, margin) for j, i in enumerate(np.argmax(self.largest, axis=0).tolist())]
+
+    def _row(self, i: int, j: int, margin: np.ndarray) -> dict[str, str | float]:
+        """Return the row of a place and a component."""
+        return {
+            "body": self.body, "recovery": self.name, "place": self.places[i], "component": self.components[j],
+            "unit": self.units[(i * len(self.components) + j) % len(self.units)],
+            "highest": float(self.highest[i, j]), "at_s": float(self.highest_time[i, j]),
+            "lowest": float(self.lowest[i, j]), "lowest_at_s": float(self.lowest_time[i, j]),
+            "margin": float(margin[i, j]),
+        }  # fmt: skip
 
 
 def envelopes(result: Result, bodies: Mapping[str, FlexibleBody]) -> tuple[Envelope, ...]:
