@@ -69,10 +69,10 @@ def same_body(first, second, tolerance):
 class Inline:
     """A team that works in this process: what does not need others is tested without waiting for their start."""
 
-    size = free = 1
+    free = 1
 
-    def __init__(self, size, task):
-        self.task, self.done = task, []
+    def __init__(self, size, task, limits=None):
+        self.size, self.task, self.done = size, task, []
 
     def submit(self, job):
         self.done.append((job, self.task.run(job)))
@@ -80,6 +80,9 @@ class Inline:
     def collect(self, seconds):
         done, self.done = self.done, []
         return done
+
+    def news(self):
+        return []
 
     def close(self):
         pass

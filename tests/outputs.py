@@ -1,5 +1,6 @@
 """What killed and undisturbed runs leave in their folders: whole files, and the same bytes in the end."""
 
+import csv
 import json
 import re
 import tomllib
@@ -10,18 +11,23 @@ from PIL import Image
 TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?\+00:00")
 OWN = ("started", "seconds", "worker", "cache", "pipeline", "folder", "manifest")  # of each run, in its manifest
 
+OF_ONE_RUN = ("batch.jsonl", "study.parquet", "index.html")  # the order and times of jobs are in them
+
 
 def contents(folder):
     """The bytes of all files without the time of their making, and without temporary ones; manifests as tables."""
     found = {}
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and ".part" not in path.name:
+        if path.is_file() and ".part" not in path.name and path.name not in OF_ONE_RUN:
             place = str(folder).encode()
             found[str(path.relative_to(folder))] = TIME.sub(b"", path.read_bytes()).replace(place, b"")
             if path.name == ".source":  # the way from the folder to the pipeline file
                 found[str(path.relative_to(folder))] = (path.parent / path.read_text()).resolve()
             if path.name in ("manifest.json", "batch.json"):
                 found[str(path.relative_to(folder))] = steady(json.loads(path.read_text()))
+            if path.name == "study.csv":
+                with path.open(newline="") as file:
+                    found[str(path.relative_to(folder))] = [steady(row) for row in csv.DictReader(file)]
     return found
 
 

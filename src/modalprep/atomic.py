@@ -57,7 +57,7 @@ def atomic_path(path: str | Path, beside: Path | None = None) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        raise _not_written(path, error) from error
+        raise not_written(path, error) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -143,10 +143,17 @@ def refuse_unwritable(path: Path) -> None:
         with tempfile.TemporaryFile(dir=there):
             pass
     except OSError as error:
-        raise _not_written(path, error) from None
+        raise not_written(path, error) from None
 
 
-def _not_written(path: Path, error: OSError) -> OutputError:
+def not_written(path: Path, error: OSError) -> OutputError:
+    """Return the error of a file that cannot be written.
+
+    Examples
+    --------
+    >>> not_written(Path("a.h5"), OSError(28, "No space left on device"))
+    OutputError('cannot write a.h5: No space left on device; choose another --output folder')
+    """
     return OutputError(f"cannot write {path}: {error.strerror or error}; choose another --output folder")
 
 

@@ -29,6 +29,10 @@ class SimulationError(ModalprepError, RuntimeError):
     """A simulation stopped before its end; the text names time, body and cause (exit code 1)."""
 
 
+class ClusterError(ModalprepError, RuntimeError):
+    """The workers of a cluster cannot be used, or have gone (exit code 1)."""
+
+
 class RenderError(ModalprepError, RuntimeError):
     """VTK cannot draw on this machine (exit code 1)."""
 

@@ -18,6 +18,7 @@ EXTRA = {  # by the module that is imported
     "xarray": "xarray",
     "distributed": "cluster",
     "pyarrow": "study",
+    "dask_jobqueue": "cluster",
 }
 WHEELS = {  # machines for which PyPI has one, of libraries that do not run everywhere
     "gmsh": ("linux x86_64", "darwin arm64", "darwin x86_64", "win32 AMD64"),

@@ -18,7 +18,7 @@ import modalprep.report.page, modalprep.report.charts.plots, pyvista
 from modalprep.cli import main
 sys.path.insert(0, {tests!r})
 from batches import Inline
-modalprep.pipeline.batch.batch.Processes = Inline  # others would import all that again
+modalprep.pipeline.batch.dispatch.Processes = Inline  # others would import all that again
 if {draws}:
     from modalprep.report.pictures.render import drawing_problem
     drawing_problem()  # tried in a process of its own

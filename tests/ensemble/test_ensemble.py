@@ -155,7 +155,7 @@ def test_a_cluster_gives_the_same():
     distributed = pytest.importorskip("distributed")
     cases = {"slide.displacement": [0.1, 0.2, 0.3]}
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0"
     ) as cluster:
         found = mp.simulate_many(oscillator(), cases, t_end=0.1, scheduler=cluster.scheduler_address)
     alone = mp.simulate_many(oscillator(), cases, t_end=0.1)

@@ -23,10 +23,11 @@ from modalprep.pipeline.batch.job import Job, Setting
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.task import JobTask
 from modalprep.pipeline.batch.work import work
-from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.workers import THREADS, Processes, share_threads
+from modalprep.program import program
+from modalprep.workers.processes import Processes
+from modalprep.workers.shares import THREADS, share_threads
 
 
 @pytest.fixture
@@ -41,7 +42,7 @@ def setting():
 
 @pytest.fixture
 def inline(monkeypatch):
-    monkeypatch.setattr("modalprep.pipeline.batch.batch.Processes", Inline)
+    monkeypatch.setattr("modalprep.pipeline.batch.dispatch.Processes", Inline)
 
 
 def batch(capsys, *arguments):
@@ -59,11 +60,11 @@ def test_a_resumed_batch_shares_the_processors_as_the_first(project, tmp_path, c
     sizes = []
 
     class Counted(Inline):
-        def __init__(self, size, task):
+        def __init__(self, size, task, limits):
             super().__init__(size, task)
             sizes.append(size)
 
-    monkeypatch.setattr("modalprep.pipeline.batch.batch.Processes", Counted)
+    monkeypatch.setattr("modalprep.pipeline.batch.dispatch.Processes", Counted)
     grid = write_grid(project, tmp_path / "beam.toml", reduction__modes=[1, 2])
     for _ in range(2):
         assert batch(capsys, grid, "-j", 4, "--output", tmp_path / "out")[0] == 0
@@ -112,11 +113,11 @@ def test_finished_jobs_are_not_run_again(inline, project, tmp_path, capsys):
 
 
 def test_another_program_runs_them_again(job, setting, tmp_path, monkeypatch):
-    from modalprep.pipeline.batch.batch import plan_batch
+    from modalprep.pipeline.batch.plan import plan_batch
 
     assert work(job, setting)["status"] == "done"
     assert plan_batch([str(job.file)], None).waiting == []
-    monkeypatch.setattr("modalprep.pipeline.batch.batch.program", lambda: program() | {"modalprep": "0.0.1"})
+    monkeypatch.setattr("modalprep.pipeline.batch.plan.program", lambda: program() | {"modalprep": "0.0.1"})
     assert plan_batch([str(job.file)], None).waiting == [job]
 
 
@@ -153,7 +154,8 @@ def test_a_body_is_made_before_the_system(inline, project, tmp_path, capsys):
     code, done = batch(capsys, tmp_path / "*.toml")
     assert code == 0, done
     rows = {row["job"]: row for row in done["jobs"]}
-    assert {Path(name).name for name in rows["a-system"]["inputs"]} == {"a-system.toml", "beam.toml", "beam.msh"}
+    inputs = json.loads(Path(rows["a-system"]["manifest"]).read_text())["inputs"]
+    assert {Path(name).name for name in inputs} == {"a-system.toml", "beam.toml", "beam.msh"}
     assert rows["a-system"]["started"] >= rows["beam"]["started"]
     assert "mesh to modal body" not in (tmp_path / "output" / "a-system" / "a-system.log").read_text()
     assert ran(batch(capsys, tmp_path / "*.toml")[1]) == []
@@ -282,7 +284,7 @@ def test_no_room_for_the_manifest_of_the_batch(inline, project, tmp_path, capsys
     """From its second time on: the jobs go on, and in the end it is told."""
     left = [write_json]
     monkeypatch.setattr(
-        "modalprep.pipeline.batch.batch.write_json", lambda data, path: (left or [no_room]).pop()(data, path)
+        "modalprep.pipeline.batch.keep.write_json", lambda data, path: (left or [no_room]).pop()(data, path)
     )
     for name in ("a", "b"):
         write_beam(project, tmp_path / f"{name}.toml")
@@ -386,7 +388,7 @@ def test_time_left(monkeypatch):
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=120)
     jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
-    with Progress(reporter, 6, 2) as progress:
+    with Progress(reporter, 6, Inline(2, None)) as progress:
         for job, seconds in zip(jobs, (3.0, 5.0), strict=False):
             progress.started(job)
             progress.ended(job, {"status": "done", "seconds": seconds, "cause": ""})
@@ -408,7 +410,7 @@ def test_bar_on_a_terminal():
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=100, force_terminal=True, color_system=None)
     jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
-    with Progress(reporter, 6, 5) as progress:
+    with Progress(reporter, 6, Inline(5, None)) as progress:
         for job in jobs[:5]:
             progress.started(job)
         progress.tick()

@@ -14,8 +14,8 @@ from batches import manifests, outlived, same_body, started, write_grid
 from outputs import all_whole, differing
 from size import KILLS, some
 
-from modalprep.pipeline.batch.batch import plan_batch
-from modalprep.workers import THREADS
+from modalprep.pipeline.batch.plan import plan_batch
+from modalprep.workers.shares import THREADS
 
 JOBS = 4
 ALONE = os.environ | dict.fromkeys(THREADS, "1")  # so that two workers and one do the same sums
@@ -61,8 +61,9 @@ def until_more_than(count, process, output):
 
 
 def under_way(output):
-    """The logs of jobs that have begun and not ended."""
-    return set(output.glob("*/.*.part.log"))
+    """The logs of jobs that have begun and not ended, in the order of their beginning."""
+    logs = {(log, log.stat().st_mtime_ns) for log in output.glob("*/*.log")}
+    return {(log, moment) for log, moment in logs if log.parent.name not in manifests(output)}
 
 
 def killed(grid, output, options, moments, seconds):
@@ -125,13 +126,14 @@ def test_workers_end_with_the_batch(project, tmp_path):
     (tmp_path / "bracket.toml").write_text(endless)
     with started(tmp_path / "bracket.toml", "--no-cache") as process:
         log = tmp_path / "output" / "bracket"
-        while process.poll() is None and not list(log.glob(".*.part.log")):
+        while process.poll() is None and not list(log.glob("*.log")):
             time.sleep(0.01)
         time.sleep(0.5)
         process.kill()
         process.wait()
         assert gone(process, 10.0)
-    assert list(log.glob(".*.part.log"))  # it was under way, and has not ended by itself
+    assert "mesh to modal body" in (log / "bracket.log").read_text()  # what it said until then can be read
+    assert not (log / "manifest.json").exists()
 
 
 @pytest.mark.slow

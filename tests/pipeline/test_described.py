@@ -147,7 +147,7 @@ def page(project, tmp_path_factory):
 
 
 def test_page_has_inputs_hashes_versions_and_the_text_of_the_file(page, project):
-    from modalprep.pipeline.build.program import file_digest, program
+    from modalprep.program import file_digest, program
 
     text = page[1]
     path = project / "pipelines" / "spinup-beam.toml"

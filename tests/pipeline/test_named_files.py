@@ -168,7 +168,7 @@ t_end = 0.1
 
 def test_a_grid_with_tables_in_its_values_runs(monkeypatch, tmp_path, capsys):
     """Values of the grid that hold tables with files serve several combinations; only a changed file is read again."""
-    monkeypatch.setattr("modalprep.pipeline.batch.batch.Processes", Inline)
+    monkeypatch.setattr("modalprep.pipeline.batch.dispatch.Processes", Inline)
     (tmp_path / "g.toml").write_text(GRID)
     for text, runs in (("0,0\n1,1\n", True), ("0,0\n1,1\n", False), ("0,0\n1,2\n", True)):
         (tmp_path / "t.csv").write_text(text)

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 import modalprep
-from modalprep.pipeline.build.program import program, sources_digest
+from modalprep.program import program, sources_digest
 
 ROOT = Path(modalprep.__file__).parent
 

@@ -131,7 +131,7 @@ def test_commands_write_the_page_beside_the_results(written, project):
     assert names["simulate"] - names["bare"] == {"double-pendulum-run.html"}
     text = (written["run"] / "double-pendulum-run.html").read_text(encoding="utf-8")
     assert text.count("data:image/png;base64") == 2  # its [[plots]]
-    from modalprep.pipeline.build.program import file_digest
+    from modalprep.program import file_digest
 
     assert file_digest(project / "pipelines" / "double-pendulum.toml") in text
     assert file_digest(written["run"] / "double-pendulum-run.h5") in text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -21,11 +20,8 @@ from modalprep.cli.common import (
     print_json,
 )
 from modalprep.report import summary
-from modalprep.verdicts.verdict import FAIL
 
 if TYPE_CHECKING:
-    from modalprep.pipeline.batch.batch import Batch
-    from modalprep.pipeline.batch.job import Job
     from modalprep.pipeline.schema.pipeline import Pipeline
 
 
@@ -78,77 +74,6 @@ def run(
 
 def _has_page(pipeline: Pipeline) -> bool:
     return pipeline.has_body or pipeline.simulation is not None
-
-
-@app.command()
-def batch(
-    files: Annotated[list[str], typer.Argument(help="Pipeline files or patterns, such as 'pipelines/*.toml'.")],
-    jobs: Annotated[
-        int | None, typer.Option("-j", "--jobs", help="Number of processes on this machine; the default is 1.")
-    ] = None,
-    output: Output = None,
-    cache: Annotated[
-        Path | None, typer.Option("--cache", help="Folder of the cache; the default is .cache among the outputs.")
-    ] = None,
-    cache_size: Annotated[float, typer.Option("--cache-size", help="Largest size of the cache in GiB.")] = 5.0,
-    no_cache: Annotated[bool, typer.Option("--no-cache", help="Use no cache and compute everything.")] = False,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="Dask scheduler that runs the jobs instead, such as tcp://host:8786."),
-    ] = None,
-    track: Annotated[
-        str | None,
-        typer.Option(
-            "--track", help="Follow the modes over each [grid] by their shapes: clamped at the root, or free."
-        ),
-    ] = None,
-    listing: Annotated[bool, typer.Option("--list", help="Print the jobs and run none.")] = False,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
-    """Run many pipeline files, and every combination of a [grid].
-
-    Finished jobs are not run again. When one job fails, it is reported and the others go on. The exit code is 1 when a
-    job failed or its verdict is FAIL, and 2 when files could not be written.
-    """
-    from modalprep.errors import InputError, OutputError
-    from modalprep.pipeline.batch.batch import list_batch, plan_batch, run_batch
-    from modalprep.pipeline.console import Reporter
-
-    if jobs is not None and (jobs < 1 or scheduler):
-        raise InputError(f"-j {jobs}: give the number of processes, at least 1, and leave it out with --scheduler")
-    if not cache_size > 0:
-        raise InputError(f"--cache-size {cache_size:g} must be positive; use --no-cache for none")
-    if no_cache and cache:
-        raise InputError("--no-cache and --cache contradict each other; give one of them")
-    reporter, planned = Reporter(quiet=as_json or quiet), plan_batch(files, output)
-    tracked = _tracked(planned, track)
-    if listing:
-        done = list_batch(planned, reporter)
-    else:
-        folder = None if no_cache else cache or planned.folder / ".cache"
-        limit = cache_size * 2**30
-        done = run_batch(planned, reporter, jobs=jobs or 1, scheduler=scheduler, cache=folder, limit=limit)
-    if tracked and not listing:
-        from modalprep.pipeline.batch.tracks import follow
-
-        done["tracked"] = [follow(grid, track, reporter) for grid in tracked]
-    if as_json:
-        print_json(done)
-    unwritten = sum(row.get("error") == OutputError.__name__ for row in done["jobs"])
-    if unwritten:
-        jobs_lost = f"{unwritten} of {len(done['jobs'])} jobs"
-        raise OutputError(f"cannot write the files of {jobs_lost}; make room, or choose another --output folder")
-    if not listing and (done["failed"] or any(row.get("verdict", {}).get("word") == FAIL for row in done["jobs"])):
-        raise typer.Exit(1)
-
-
-def _tracked(planned: Batch, track: str | None) -> list[list[Job]]:
-    if track is None:
-        return []
-    from modalprep.pipeline.batch.tracks import grids
-
-    return grids(planned, track)
 
 
 @app.command()

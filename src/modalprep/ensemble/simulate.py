@@ -13,7 +13,7 @@ from modalprep.ensemble.cases import read_cases
 from modalprep.ensemble.collect import Collected
 from modalprep.ensemble.file import Keeper
 from modalprep.ensemble.identity import fingerprint
-from modalprep.ensemble.pace import Pace
+from modalprep.ensemble.pace import LOG, Pace
 from modalprep.ensemble.parameters import Parameters
 from modalprep.ensemble.record import Ensemble
 from modalprep.ensemble.task import CaseTask
@@ -24,7 +24,12 @@ from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.simulate import channel_names, check_span, check_steps
 from modalprep.suggest import refuse_other, refuse_unknown
 from modalprep.verdicts.notes import told
-from modalprep.workers import Cluster, Processes, Team, Threads, exported_threads, processors
+from modalprep.workers.cluster import Cluster
+from modalprep.workers.processes import Processes
+from modalprep.workers.scheduler import Scheduler
+from modalprep.workers.shares import exported_threads, processors
+from modalprep.workers.team import Team
+from modalprep.workers.threads import Threads
 
 BLOCK = 0.1  # s, about, of the cases that a worker runs at once
 TICK = 0.5  # s, longest wait for a case before an interrupt is looked at
@@ -71,7 +76,8 @@ def simulate_many(
         systems at the same time, but each takes seconds to start, and a script that uses them needs
         ``if __name__ == "__main__":``.
     scheduler : str or None
-        Address of a Dask scheduler to use instead.
+        Address of a Dask scheduler to use instead, or the file that it has written (``.json``). Its workers need the
+        same program.
     file : str, Path or None
         HDF5 file in which finished cases are kept, every ten seconds and in the end. A repeated call runs only the
         cases that it lacks or that failed.
@@ -88,6 +94,8 @@ def simulate_many(
     InputError
         When a parameter or channel is unknown, the arrays of cases differ in length, an option cannot be used, or the
         file holds another ensemble.
+    ClusterError
+        When the scheduler has gone, or none of its workers has the same program; the file keeps what had ended.
 
     Examples
     --------
@@ -163,9 +171,7 @@ def run_cases(
         try:
             _dispatch(task, collected, keeper, team, progress)
         finally:
-            task.stopped = True
             team.close()
-            task.stopped = False
             keeper.write(collected.record())
     return collected.record()
 
@@ -186,7 +192,7 @@ def _team(task: CaseTask, workers: int, pool: str, scheduler: str | None) -> Tea
             raise InputError(
                 f"simulate_many: the system cannot be sent to other processes ({error}); use the pool of threads"
             ) from None
-    return Cluster(scheduler, task) if scheduler else POOLS[pool](workers, task)
+    return Cluster(Scheduler(scheduler), task) if scheduler else POOLS[pool](workers, task)
 
 
 def _dispatch(
@@ -209,6 +215,8 @@ def _dispatch(
             if progress:
                 progress(collected.finished)
         pace.look(collected.finished)
+        for line in team.news():
+            LOG.warning("%s", line)
         if keeper.due:
             keeper.write(collected.record())
 

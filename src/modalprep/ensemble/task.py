@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
 from modalprep.verdicts.notes import silent
+from modalprep.workers.team import never
 
 ERRORS = "energy_error", "momentum_error"  # of the audits of a run
 Block = tuple[int, ...]  # numbers of cases that a worker runs at once
@@ -58,6 +59,8 @@ class CaseTask:
         As `simulate` takes them.
     """
 
+    own_process = False
+
     def __init__(
         self, parameters: Parameters, cases: Mapping[str, np.ndarray], shapes: Mapping[str, tuple[int, ...]],
         times: np.ndarray, options: Mapping[str, Any],
@@ -66,11 +69,10 @@ class CaseTask:
         self.times, self.options = times, dict(options)
         self.values = np.column_stack(list(cases.values()))
         self._mass = sum(body.m for body in parameters.system.bodies.values())
-        self.stopped = False
 
-    def run(self, job: Block) -> list[Ended]:
-        """Return the outcomes of a block; a case that fails has a message."""
-        return [self._run(case) for case in job]
+    def run(self, job: Block, stopped: Callable[[], bool] = never) -> list[Ended]:
+        """Return the outcomes of a block; a case that fails has a message, and one that is stopped waits."""
+        return [self._run(case, stopped) for case in job]
 
     def lost(self, job: Block, cause: str) -> list[Ended]:
         """Return the outcome of a case whose worker has died; none of a block, whose cases are run again one by one."""
@@ -85,13 +87,17 @@ class CaseTask:
         pack_changed(system, self.parameters.system)
         return system
 
-    def _run(self, case: int) -> Ended:
+    def _run(self, case: int, stopped: Callable[[], bool]) -> Ended:
         begin = time.perf_counter()
-        if self.stopped:
-            return Ended(case, WAITING, "", 0.0)
+
+        def look(t: float) -> None:
+            if stopped():
+                raise Stopped
+
         try:
+            look(0.0)
             with silent():  # the ensemble has its notes
-                run = simulate(self.system_of(case), progress=self._look, **self.options)
+                run = simulate(self.system_of(case), progress=look, **self.options)
             events = {name: float(found[0]) if len(found) else np.nan for name, found in run.events.items()}
             histories = {name: on_grid(run, name, self.times) for name in self.shapes}
         except Stopped:
@@ -109,10 +115,6 @@ class CaseTask:
 
     def _failed(self, case: int, message: str, begin: float) -> Ended:
         return Ended(case, FAILED, message, time.perf_counter() - begin)
-
-    def _look(self, t: float) -> None:
-        if self.stopped:
-            raise Stopped
 
 
 def on_grid(run: Result, name: str, times: np.ndarray) -> np.ndarray:

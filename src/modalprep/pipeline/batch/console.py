@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import time
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,9 +17,11 @@ from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.console import Reporter
 from modalprep.report.terminal import VERDICT_STYLE, clock, plain_table, print_table, print_text
 from modalprep.verdicts.verdict import read_verdict
+from modalprep.workers.team import Team
 
 STYLE = {DONE: "green", "failed": "bold red"}
 SHOWN = 3  # jobs named beside the bar
+MOST, NAMED = 200, 20  # jobs with a row of their own, and failed ones with a line of their own where there are more
 
 
 class Progress:
@@ -28,14 +32,14 @@ class Progress:
     reporter : Reporter
     total : int
         Jobs to run.
-    workers : int
-        Number of concurrent jobs.
+    team : Team
+        Their workers, which may come and go.
     """
 
-    def __init__(self, reporter: Reporter, total: int, workers: int) -> None:
-        self._reporter, self._total, self._workers = reporter, total, workers
+    def __init__(self, reporter: Reporter, total: int, team: Team) -> None:
+        self._reporter, self._total, self._team = reporter, total, team
         self._begun: dict[str, float] = {}
-        self._taken: list[float] = []
+        self._ended, self._seconds = 0, 0.0
         live = reporter.console.is_terminal and not reporter.console.quiet
         columns = (
             TextColumn("{task.description}", markup=False),
@@ -62,31 +66,33 @@ class Progress:
     def ended(self, job: Job, record: Record) -> None:
         """Report how a job ended, its time, and the remaining time."""
         del self._begun[job.name]
-        self._taken.append(record["seconds"])
-        count, left = len(self._taken), self.seconds_left()
-        rest = f"; about {clock(left)} left" if count < self._total else ""
+        self._ended, self._seconds = self._ended + 1, self._seconds + record["seconds"]
+        rest = f"; about {clock(self.seconds_left())} left" if self._ended < self._total else ""
         cause = f": {record['cause']}" if record["cause"] else ""
-        what = f"[{count}/{self._total}] {job.name} {record['status']} in {record['seconds']:.1f} s{rest}{cause}"
+        what = f"[{self._ended}/{self._total}] {job.name} {record['status']} in {record['seconds']:.1f} s{rest}{cause}"
         self._reporter.say(what)
 
     def tick(self) -> None:
-        """Move the bar."""
-        names = list(self._begun)
-        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-        left = f"about {clock(self.seconds_left())} left" if self._taken else ""
-        self._bar.update(
-            self._task, completed=len(self._taken), description=", ".join(names[:SHOWN]) + more or "jobs", left=left
-        )
+        """Move the bar, and say what the workers have to say."""
+        for line in self._team.news():
+            self._reporter.say(line)
+        names = list(itertools.islice(self._begun, SHOWN))
+        more = f" and {len(self._begun) - SHOWN} more" if len(self._begun) > SHOWN else ""
+        left = f"about {clock(self.seconds_left())} left" if self._ended else ""
+        self._bar.update(self._task, completed=self._ended, description=", ".join(names) + more or "jobs", left=left)
 
     def seconds_left(self) -> float:
         """Return the estimated remaining time: the mean of ended jobs, less the time of those that already run."""
-        mean = sum(self._taken) / len(self._taken)
-        spent = sum(min(mean, time.perf_counter() - begun) for begun in self._begun.values())
-        return max(0.0, (self._total - len(self._taken)) * mean - spent) / self._workers
+        mean, now = self._seconds / self._ended, time.perf_counter()
+        first = itertools.islice(self._begun.values(), self._team.size)  # the others wait at a scheduler
+        spent = sum(min(mean, now - begun) for begun in first)
+        return max(0.0, (self._total - self._ended) * mean - spent) / self._team.size
 
 
 def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     """Print a row per job: grid values, status, verdict, time, time saved; then a line per failure or reason.
+
+    Of more than 200 jobs only a summary and the first failures are printed.
 
     Examples
     --------
@@ -95,6 +101,9 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     <BLANKLINE>
     ...a failed: no mesh
     """
+    if len(rows) > MOST:
+        _summary(rows, console)
+        return
     keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
     table = plain_table()
     for head in ("job", *keys, "state", "verdict", "time", "saved"):
@@ -105,11 +114,31 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     print_table(table, console)
     for row in rows:
         if row["cause"]:
-            cause = row["cause"].removeprefix(row["pipeline"]).lstrip(":, ")
-            print_text(f"{row['job']} failed: {cause}", console)
+            print_text(_failed(row), console)
         elif row.get("verdict"):
             for reason in read_verdict(row["verdict"]).reasons:
                 print_text(f"{row['job']}: {reason}", console)
+
+
+def _summary(rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print how many jobs ended how, and the first that failed: the page of the batch has them all."""
+    console.print()
+    states = Counter(row["status"] for row in rows)
+    verdicts = Counter(row["verdict"]["word"] for row in rows if row.get("verdict"))
+    print_text(", ".join(f"{count} jobs {state}" for state, count in states.most_common()), console)
+    if verdicts:
+        said = ", ".join(f"{count} {word}" for word, count in verdicts.most_common())
+        print_text(f"verdicts: {said}", console)
+    failed = [row for row in rows if row["cause"]]
+    for row in failed[:NAMED]:
+        print_text(_failed(row), console)
+    if len(failed) > NAMED:
+        print_text(f"and {len(failed) - NAMED} more failed", console)
+
+
+def _failed(row: dict[str, Any]) -> str:
+    cause = row["cause"].removeprefix(row["pipeline"]).lstrip(":, ")
+    return f"{row['job']} failed: {cause}"
 
 
 def _ending(row: dict[str, Any]) -> list[Text]:

@@ -5,7 +5,7 @@ Light to import, like `modalprep.workers`: a worker process sets its threads bef
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,12 +44,26 @@ class Job:
         Values chosen by a grid.
     cell : Cell or None
         The combination of the grid.
+    inputs : dict of str or None
+        Hashes of the files that it reads, where its worker must see the same.
     """
 
     file: Path
     output: Path | None
     values: dict[str, str] = field(default_factory=dict)
     cell: Cell | None = None
+    inputs: dict[str, str] | None = None
+
+    def at_home(self, inputs: dict[str, str] | None) -> Job:
+        """Return the job for a worker with another working folder, and the hashes of its inputs.
+
+        Examples
+        --------
+        >>> Job(Path("a.toml"), None).at_home({}).file == Path.cwd() / "a.toml"
+        True
+        """
+        output = None if self.output is None else self.output.absolute()
+        return replace(self, file=self.file.absolute(), output=output, inputs=inputs)
 
     @property
     def name(self) -> str:

@@ -10,9 +10,9 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.fe.readers.digest import mesh_digest
 from modalprep.pipeline.batch.job import DONE, Job, Record
-from modalprep.pipeline.build.program import file_digest
 from modalprep.pipeline.build.sources import pipelines_of, relative, source_files
 from modalprep.pipeline.schema.base import DeckName, named_files
+from modalprep.program import file_digest
 
 HEAD = {"format": "modalprep job", "version": 1}
 
@@ -61,3 +61,14 @@ def finished(job: Job, program: dict[str, str]) -> Record | None:
         return {key: value for key, value in record.items() if key not in HEAD} if whole else None
     except (OSError, ValueError, LookupError, TypeError, AttributeError, InputError):
         return None
+
+
+def any_record(job: Job) -> Record | None:
+    """Return the record of a job that is finished, or has failed; None where there is none."""
+    try:
+        record = json.loads(job.manifest.read_text())
+    except (OSError, ValueError):
+        return None
+    if record.get("status") == DONE:
+        return finished(job, record.get("program", {}))
+    return {key: value for key, value in record.items() if key not in HEAD} if "status" in record else None

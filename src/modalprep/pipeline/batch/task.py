@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from modalprep.atomic import remove_temporary
 from modalprep.pipeline.batch.job import Job, Record, Setting, failure
+from modalprep.workers.team import never
 
 
 @dataclass(frozen=True)
@@ -13,8 +16,9 @@ class JobTask:
     """The jobs of a batch, as workers run them."""
 
     setting: Setting
+    own_process: ClassVar[bool] = True
 
-    def run(self, job: Job) -> Record:
+    def run(self, job: Job, stopped: Callable[[], bool] = never) -> Record:
         """Run a job; return its record."""
         from modalprep.pipeline.batch.work import work
 
@@ -22,7 +26,8 @@ class JobTask:
 
     def lost(self, job: Job, cause: str) -> Record:
         """Return the record of a job whose worker has died."""
-        return failure(job, cause)
+        began = f" (see what it said until then: {job.log})" if job.log.is_file() else ""
+        return failure(job, f"{cause}{began}")
 
     def tidy(self, job: Job, process: int) -> None:
         """Remove the incomplete files of a process."""

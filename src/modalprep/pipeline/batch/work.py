@@ -5,25 +5,28 @@ from __future__ import annotations
 import errno
 import os
 import platform
-import threading
 import time
 import traceback
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from datetime import UTC, datetime
+from pathlib import Path
+from typing import TextIO
 
-from modalprep.atomic import atomic_path
-from modalprep.errors import ModalprepError, OutputError
+from modalprep.atomic import not_written
+from modalprep.errors import InputError, ModalprepError, OutputError
 from modalprep.pipeline.batch.job import DONE, Job, Record, Setting, failure
 from modalprep.pipeline.batch.manifest import finished, input_digests, output_digests, write_manifest
 from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.run import run_pipeline
+from modalprep.pipeline.study.quantities import quantities
+from modalprep.program import program
 from modalprep.verdicts.notes import silent
 from modalprep.verdicts.verdict import FAILED
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-ONE_AT_A_TIME = threading.Lock()  # drawing and standard output belong to the process, which may have several threads
+PATIENCE, PAUSE = 5.0, 0.5  # s, in which a shared folder shows what another machine has just written
 
 
 def work(job: Job, setting: Setting) -> Record:
@@ -42,8 +45,8 @@ def work(job: Job, setting: Setting) -> Record:
     if before is not None:
         return before
     cache = Cache(setting.cache, setting.limit) if setting.cache else None
-    with ONE_AT_A_TIME, silent():
-        start, began = time.perf_counter(), datetime.now(UTC)
+    start, began = time.perf_counter(), datetime.now(UTC)
+    with silent():
         record = _attempt(job, cache)
     record |= {
         "started": began.isoformat(timespec="seconds"),
@@ -63,20 +66,36 @@ def work(job: Job, setting: Setting) -> Record:
 
 def _attempt(job: Job, cache: Cache | None) -> Record:
     try:
-        with atomic_path(job.log) as temporary, temporary.open("w", encoding="utf-8") as file:
-            with redirect_stdout(file), redirect_stderr(file):
-                return _logged(job, cache)
+        with _writing(job.log) as file, redirect_stdout(file), redirect_stderr(file):
+            return _logged(job, cache)
     except OutputError as error:  # of the log itself
         return failure(job, _message(error), error)
 
 
+@contextmanager
+def _writing(log: Path) -> Iterator[TextIO]:
+    """Open the log of a job; it can be read while the job runs, and stays when the job is killed.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written.
+    """
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("w", encoding="utf-8", buffering=1) as file:
+            yield file
+    except OSError as error:
+        raise not_written(log, error) from error
+
+
 def _logged(job: Job, cache: Cache | None) -> Record:
     try:
-        inputs, reporter = input_digests(job.file), Reporter()
+        inputs, reporter = _inputs(job), Reporter()
         outcome = run_pipeline(job.file, job.output, reporter, cache)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
-        record["verdict"] = outcome.verdict.summary()
+        record |= {"verdict": outcome.verdict.summary(), "quantities": quantities(outcome)}
         failed = [audit.says for audit in outcome.audits if audit.result == FAILED]
         return record | failure(job, "; ".join(failed)) if failed else record
     except ModalprepError as error:
@@ -89,6 +108,26 @@ def _logged(job: Job, cache: Cache | None) -> Record:
             raise
         traceback.print_exc()
         return failure(job, f"{type(error).__name__}: {_message(error)} (see its log: {job.log})", error)
+
+
+def _inputs(job: Job) -> dict[str, str]:
+    """Return the hashes of the files that a job reads.
+
+    Raises
+    ------
+    InputError
+        When this worker sees another file than the machine that gave the job.
+    """
+    end = time.monotonic() + PATIENCE
+    while (found := input_digests(job.file)) != (wanted := job.inputs or found):
+        if time.monotonic() > end:
+            names = [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
+            raise InputError(
+                f"its worker {platform.node()} sees another {job.file.parent / names[0]} than the client; "
+                "put it into a folder that both share"
+            )
+        time.sleep(PAUSE)
+    return found
 
 
 def _message(error: BaseException) -> str:

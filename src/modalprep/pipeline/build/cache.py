@@ -17,7 +17,7 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import OutputError
-from modalprep.pipeline.build.program import program
+from modalprep.program import program
 
 MAGIC = b"modalprep cache 1\n"
 LIMIT = 5.0  # GiB

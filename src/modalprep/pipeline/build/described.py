@@ -21,9 +21,9 @@ from modalprep.fe.quality.quality import Quality
 from modalprep.formats.hdf5 import stated_checksum
 from modalprep.pipeline.build.built import Built
 from modalprep.pipeline.build.model import pipeline_node_sets, pipeline_sections
-from modalprep.pipeline.build.program import file_digest, program
 from modalprep.pipeline.build.sources import needed_files
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.program import file_digest, program
 from modalprep.report.body_page.inputs import Inputs
 from modalprep.report.body_page.table import Table, written
 

@@ -18,12 +18,12 @@ from modalprep.ensemble.task import CaseTask
 from modalprep.errors import InputError
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
-from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import EnsembleTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.program import program
 from modalprep.report.ensemble import band_plot, statistics_table, write_cases, write_statistics
 from modalprep.verdicts.verdict import FAILED, PASSED, Requirement
 

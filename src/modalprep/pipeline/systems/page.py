@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modalprep.pipeline.build.program import file_digest, program
 from modalprep.pipeline.build.sources import needed_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.systems import Simulated
+from modalprep.program import file_digest, program
 from modalprep.report.body_page.inputs import Inputs
 from modalprep.report.body_page.section import Section
 from modalprep.report.numbers import number
