@@ -4,13 +4,13 @@
 
 A grid of 10,000 short runs of one mass on a spring (`--quick`: 200) goes from one client to four workers of a Dask
 cluster of this machine. The client is killed twice, after three and six tenths of the jobs, and the same batch goes on
-each time. The time of the client is that of its processor, all threads included, between the ends of two jobs; it is the
+each time. The time of the client is that of its processor, all threads included, between the ends of two jobs, as the
 mean of the first and of the last tenth of the jobs of the longest part. A cache of 36,000 entries (2,000) gets further
 entries in turn with a plain write of the same bytes.
 
 The last line is JSON: `planning_ms` and `resuming_ms` per job (the plan of an untouched and of a finished batch),
 `client_ms_first` and `client_ms_last` per job, `memory_MB` (the client's largest), `lost` (jobs that were run again
-though they had ended before a kill), `failed`, `cache_write_ms` (median) and `cache_write_over_plain` (ratio of medians).
+though they had ended before a kill), `failed`, `cache_write_ms` (median), `cache_write_over_plain` (ratio of medians).
 """
 
 from __future__ import annotations
