@@ -9,6 +9,7 @@ import numpy as np
 import pandas
 import pytest
 from bad.good import BEAM, HINGE
+from batches import write_grid
 
 from modalprep.cli import main
 from modalprep.ensemble.record import Ensemble
@@ -218,6 +219,25 @@ def test_parameters_in_one_unit_are_numbers():
     assert table.parameters == ("E_GPa", "t", "file")
     assert table.columns["E_GPa"] == [70.0, 210.0]
     assert table.columns["t"] == ["2 mm", 0.002]
+
+
+def test_batch_writes_the_table_that_the_documentation_reads(project, tmp_path, monkeypatch):
+    """Over both moduli the mass is the same, and frequencies go with the root of the modulus."""
+    pytest.importorskip("xarray")
+    file = write_grid(project, tmp_path / "arm.toml", reduction__modes=[2, 3], materials__aluminium__E=[70e9, 280e9])
+    file.write_text(file.read_text().replace("alloy", "aluminium"))
+    assert main(["batch", str(file), "--quiet"]) == 0
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", (project / "docs/how-to/batch.md").read_text(), re.DOTALL)
+    scope: dict = {}
+    exec(compile(block, "batch.md", "exec"), scope)
+    assert len(scope["study"]) == 4
+    assert set(scope["best"]["verdict"]) <= {"PASS"}
+    over = scope["over"]
+    assert over["mass_kg"].sizes == {"reduction.modes": 2, "materials.aluminium.E": 2}
+    assert np.ptp(over["mass_kg"].values) == pytest.approx(0.0)
+    np.testing.assert_allclose(over["frequency_1_Hz"][:, 1] / over["frequency_1_Hz"][:, 0], 2.0, rtol=1e-6)
+    assert "4 of 4 jobs have ended" in (tmp_path / "output" / "index.html").read_text()
 
 
 def test_pandas_reads_the_same_from_both_files(tmp_path):

@@ -123,9 +123,10 @@ function head() {
   let total = 0;
   for (const name of state.shown) {
     const column = byName.get(name), th = make("th", { scope: "col" }), box = make("td"), col = make("col");
-    const button = make("button", { type: "button", className: "sort", textContent: name, title: `sort by ${name}` });
+    const button = make("button", { type: "button", className: "sort", title: `sort by ${name}` });
     const input = make("input", { type: "search", value: state.filters[name] ?? "", placeholder: column.values ? ">0" : "" });
     input.setAttribute("aria-label", `filter ${name}`);
+    button.append(...name.split(/(?<=[._])/).flatMap(part => [part, make("wbr")]));
     if (column.values) th.className = "n";
     if (state.sort === name) th.setAttribute("aria-sort", state.up ? "ascending" : "descending");
     button.addEventListener("click", () => {
