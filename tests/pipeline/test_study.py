@@ -275,6 +275,14 @@ def test_without_pyarrow_the_rest_is_written_and_it_is_said(tmp_path, monkeypatc
     assert not (tmp_path / "study.parquet").exists()
 
 
+def test_names_of_files_in_other_encodings_are_written(tmp_path):
+    row = {"job": "caf\udce9", "folder": f"{tmp_path}/out/caf\udce9", "status": "failed", "cause": "no caf\udce9"}
+    for file in write_study([row | {"parameters": {"seed": 2**60}}], tmp_path).files:
+        assert file.stat().st_size > 0
+    assert 'href="out/caf%E9/caf%E9.log"' in (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert pandas.read_csv(tmp_path / "study.csv")["job"][0] == "caf\\udce9"
+
+
 def test_csv_has_all_digits_and_a_line_for_each_job(tmp_path):
     write_study(ROWS, tmp_path, "panel")
     with (tmp_path / "panel.csv").open(newline="") as file:

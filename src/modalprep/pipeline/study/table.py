@@ -10,6 +10,7 @@ from typing import Any
 
 FIXED = ("status", "verdict", "cause", "seconds")
 SIGNS = str.maketrans({"²": "2", "½": "0.5", "^": "", "·": " "})
+EXACT = 2**53  # integers up to it are floats
 WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ].*?)\s*")
 Cell = float | int | str | None
 
@@ -60,9 +61,9 @@ def study_table(rows: Sequence[Mapping[str, Any]]) -> StudyTable:
     named = ("job", *FIXED, *parameters)
     stated = [row.get("quantities") or {} for row in rows]
     found = _renamed([{key: x for key, x in each.items() if key not in FIXED} for each in stated], named, "{}_result")
-    fixed = {"job": [row["job"] for row in rows], **parameters, "status": [row.get("status") for row in rows]}
+    fixed = {"job": [_cell(row["job"]) for row in rows], **parameters, "status": [row.get("status") for row in rows]}
     fixed["verdict"] = [(row.get("verdict") or {}).get("word") for row in rows]
-    fixed["cause"] = [row.get("cause") or None for row in rows]
+    fixed["cause"] = [_cell(row.get("cause") or None) for row in rows]
     fixed["seconds"] = [_cell(row.get("seconds")) for row in rows]
     return StudyTable(fixed | found, tuple(parameters))
 
@@ -103,9 +104,17 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def _cell(value: Any) -> Cell:
-    """Return a value that a cell may have: numbers that are finite, texts, and other values as texts."""
+    """Return a value that a cell may have: numbers that are finite and exact as floats, texts, others as texts.
+
+    Examples
+    --------
+    >>> [_cell(value) for value in (1, 2.5, math.nan, 2**60, True, [1, 2])]
+    [1, 2.5, None, '1152921504606846976', 'true', '[1, 2]']
+    """
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return None
     if isinstance(value, bool):
         return str(value).lower()
-    return value if isinstance(value, int | float | str) else str(value)
+    if isinstance(value, float) or (isinstance(value, int) and abs(value) <= EXACT):
+        return value
+    return str(value).encode("utf-8", "backslashreplace").decode()  # names of files may be in another encoding

@@ -89,7 +89,7 @@ def write_study_page(
     text = framed("/".join(path.absolute().parts[-3:-1]), "study", lead, now(), box, sections,
                   scripts=("study/table.js", "study/plot.js"), styles=("study/study.css",))  # fmt: skip
     with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace")  # names of files in other encodings
     return path
 
 
@@ -113,17 +113,17 @@ class Links(NamedTuple):
 
     def first(self, row: int) -> str:
         """Return the address of the first of them, or of the folder."""
-        path, words = quote(self.folders[row]), self.words(row).split()
+        path, words = self.folders[row], self.words(row).split()
         return f"{path}/{path.rpartition('/')[2]}{SUFFIX[words[0]]}" if words else f"{path}/"
 
 
 def _folders(rows: Sequence[Mapping[str, Any]], folder: Path) -> list[str]:
-    """Return the folder of each job as seen from the page."""
+    """Return the address of the folder of each job as seen from the page."""
     home, found = str(folder), []
     for row in rows:
         head, tail = os.path.split(row.get("folder") or row["job"])
         relative = tail if head in (home, "") else os.path.relpath(os.path.join(head, tail), home)
-        found.append(relative.replace(os.sep, "/"))
+        found.append(quote(os.fsencode(relative.replace(os.sep, "/")), safe="/=,+"))
     return found
 
 

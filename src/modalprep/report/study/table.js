@@ -22,8 +22,7 @@ function write(value, digits = 5) {
   return `${base === 1 ? "" : `${base} × `}10${[...String(power)].map(sign => POWERS[sign]).join("")}`;
 }
 const pages = row => cell(data.pages, row).split(" ").filter(Boolean).map(word => {
-  const path = folders[row].split("/").map(encodeURIComponent), name = folders[row].split("/").pop();
-  return [word, `${path.join("/")}/${encodeURIComponent(name + SUFFIX[word])}`];
+  return [word, `${folders[row]}/${folders[row].split("/").pop()}${SUFFIX[word]}`];
 });
 
 // ---------- what is chosen, also in the address, so that a reload keeps it ----------
