@@ -117,4 +117,5 @@ def _cell(value: Any) -> Cell:
         return str(value).lower()
     if isinstance(value, float) or (isinstance(value, int) and abs(value) <= EXACT):
         return value
-    return str(value).encode("utf-8", "backslashreplace").decode()  # names of files may be in another encoding
+    text = str(value)  # names of files may be in another encoding
+    return text if text.isascii() else text.encode("utf-8", "backslashreplace").decode()
