@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from functools import cache
+import time
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import modalprep
 
+FRESH = 5.0  # s, in which a file may change without another time of change
 NUMERICAL = ("numpy", "scipy", "mkl")  # packages whose version may change results by round-off
 
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file; empty when it is missing.
+
+    A file that has been as it is for some seconds is read once, as long as its time, size and place remain.
 
     Examples
     --------
@@ -23,6 +27,18 @@ def file_digest(path: Path) -> str:
     """
     if not path.is_file():
         return ""
+    stat = path.stat()
+    if time.time() - stat.st_mtime < FRESH:
+        return _read_digest(path)
+    return _kept_digest(path.absolute(), (stat.st_mtime_ns, stat.st_ctime_ns, stat.st_size, stat.st_ino))
+
+
+@lru_cache(maxsize=1000)
+def _kept_digest(path: Path, state: tuple[int, ...]) -> str:
+    return _read_digest(path)
+
+
+def _read_digest(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

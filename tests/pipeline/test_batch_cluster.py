@@ -85,11 +85,11 @@ def test_an_assembly_in_components(project, tmp_path, scheduler, workers):
 
 @pytest.mark.slow
 def test_a_worker_killed_midway(project, tmp_path, scheduler, workers):
-    """Its jobs go to the other one, and all of them are done."""
+    """Its jobs go to the other one, and all of them are done; relative paths are those of the client."""
     from distributed import Client
 
     file, output = write_grid(project, tmp_path / "beam.toml", reduction__modes=MODES), tmp_path / "output"
-    with started(file, "--scheduler", scheduler, "--json") as process:
+    with started(file.name, "--scheduler", scheduler, "--json", "--output", "output", cwd=tmp_path) as process:
         until(lambda: len({record["worker"] for record in manifests(output).values()}) == 2, 120)
         with Client(scheduler, timeout="60s", set_as_default=False) as client:
             pids = client.run(os.getpid)

@@ -23,11 +23,11 @@ GIB = 2**30
 
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
-    """Address of a cluster of two workers of one thread and 1.5 GiB."""
+    """Address of a cluster of two workers of one thread and 0.5 GiB."""
     with scheduler_in(tmp_path_factory.mktemp("scheduler")) as (_, file):
         address = address_in(file)
         folders = [tmp_path_factory.mktemp("worker") for _ in range(2)]
-        processes = [start_worker(folder, address, "--memory-limit", "1.5GiB") for folder in folders]
+        processes = [start_worker(folder, address, "--memory-limit", "0.5GiB") for folder in folders]
         until(lambda: len(workers_of(address)) == 2, 60)
         yield address
         end(processes)
@@ -73,10 +73,10 @@ def test_jobs_run_in_processes_of_their_own(team, local):
 def test_a_job_that_takes_too_much_memory_fails_alone(team, local):
     """Four workers were once killed by one such job; now each worker goes on, and the cause names the limit."""
     before = workers_of(local)
-    found = outcomes(team(Odd()), [("take", 2 * GIB), *(("ok", k) for k in range(6))])
-    said, cause = found.pop(("take", 2 * GIB))
+    found = outcomes(team(Odd()), [("take", GIB), *(("ok", k) for k in range(6))])
+    said, cause = found.pop(("take", GIB))
     assert said == "lost"
-    assert "more than 1.5 GiB of memory" in cause
+    assert "more than 0.5 GiB of memory" in cause
     assert {what for what, _ in found.values()} == {"ok"}
     assert workers_of(local) == before
 

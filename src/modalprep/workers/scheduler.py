@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -122,7 +123,8 @@ def _started(scheduler: Scheduler) -> Cluster:
     _refuse_missing_queue(scheduler.kind, getattr(kind, "job_cls", None))
     cluster = None
     try:
-        cluster = kind(**scheduler.options)
+        with warnings.catch_warnings(action="ignore"):  # as of another port for the dashboard, which is printed
+            cluster = kind(**scheduler.options)
         _scale(cluster, scheduler)
     except (TypeError, ValueError, OSError, RuntimeError) as error:
         if cluster is not None:

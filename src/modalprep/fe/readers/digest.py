@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 
 from modalprep.fe.readers.abaqus.lexer import read_blocks
 from modalprep.fe.readers.nastran.cards import read_cards
+from modalprep.program import file_digest
 
 NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
+INCLUDING = NASTRAN | {".inp"}
+OTHER_FILES = re.compile(rb"include|input", re.IGNORECASE)
 ANSYS = {".cdb", ".ans"}
 
 
 def mesh_digest(path: Path) -> str:
     """Return the SHA-256 of a mesh file, of a deck with its includes; empty when the file is not there."""
-    if not path.is_file():
-        return ""
-    if path.suffix.lower() in NASTRAN:
-        return read_cards(path).sha256
-    if path.suffix.lower() == ".inp":
-        return read_blocks(path)[1]
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    kind = path.suffix.lower()
+    digest = file_digest(path)
+    if not (digest and kind in INCLUDING and _may_include(path, digest)):
+        return digest
+    return read_cards(path).sha256 if kind in NASTRAN else read_blocks(path)[1]
+
+
+@lru_cache(maxsize=1000)
+def _may_include(path: Path, digest: str) -> bool:
+    """Whether a deck may name other files; of one without any, the hash is that of its bytes."""
+    return OTHER_FILES.search(path.read_bytes()) is not None
 
 
 def matrices_digest(paths: Iterable[str | Path]) -> str:
