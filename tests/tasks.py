@@ -49,3 +49,13 @@ class Once(Odd):
             with open(job[1], "w"):
                 os.kill(os.getpid(), signal.SIGKILL)
         return "done"
+
+
+class Counted(Odd):
+    """Counts how often it is sent."""
+
+    sent = 0
+
+    def __getstate__(self):
+        self.sent += 1
+        return {}

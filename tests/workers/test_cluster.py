@@ -6,7 +6,7 @@ import time
 import psutil
 import pytest
 from clusters import address_in, end, scheduler_in, start_worker, until, workers_of
-from tasks import Odd, Shared
+from tasks import Counted, Odd, Shared
 
 import modalprep as mp
 from modalprep.errors import ClusterError
@@ -68,6 +68,13 @@ def test_jobs_run_in_processes_of_their_own(team, local):
     pids = {pid for _, pid in found.values()}
     assert 1 <= len(pids) <= 2
     assert not pids & workers
+
+
+def test_the_task_is_sent_once(team):
+    """A system of 4 MB once went with every block of an ensemble."""
+    found = outcomes(team(counted := Counted()), [("ok", k) for k in range(20)])
+    assert len(found) == 20
+    assert counted.sent == 1
 
 
 def test_a_job_that_takes_too_much_memory_fails_alone(team, local):

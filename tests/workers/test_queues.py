@@ -1,5 +1,6 @@
 """Workers that a system of queues starts: a queue of this machine stands for Slurm."""
 
+import gc
 import os
 import re
 import sys
@@ -13,6 +14,7 @@ from modalprep.pipeline.batch.cluster import ClusterTable, TlsTable
 from modalprep.workers.scheduler import KINDS
 
 pytest.importorskip("dask_jobqueue")
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # half a cluster of Dask
 SBATCH = """#!{python}
 import subprocess, sys
 script = [line for line in open(sys.argv[-1]) if not line.startswith("#")]
@@ -39,6 +41,13 @@ walltime = "00:10:00"
 interface = "lo"
 python = "{python}"
 """
+
+
+@pytest.fixture(autouse=True)
+def collected():
+    """What is left of clusters that could not start is removed here, where it may warn."""
+    yield
+    gc.collect()
 
 
 @pytest.fixture
@@ -86,7 +95,6 @@ def test_no_queue_here(project, tmp_path, capsys, monkeypatch):
     assert "--cluster slurm: this machine has no sbatch" in capsys.readouterr().err
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # half a cluster of dask-jobqueue
 @pytest.mark.parametrize(
     ("text", "said"),
     [
