@@ -80,7 +80,7 @@ def test_a_queue_that_refuses_says_why(project, tmp_path, queue, capsys):
     """The batch waited for workers that never came."""
     (queue / "sbatch").write_text("#!/bin/sh\necho 'sbatch: error: invalid partition' >&2\nexit 1\n")
     file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2])
-    (tmp_path / "cluster.toml").write_text(FILE.format(jobs="jobs = 1", python=sys.executable))
+    (tmp_path / "cluster.toml").write_text(FILE.format(jobs="jobs = 2", python=sys.executable))
     assert main(["batch", str(file), "--cluster", str(tmp_path / "cluster.toml")]) == 2
     error = capsys.readouterr().err
     assert "the slurm cluster cannot be started: " in error

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -128,8 +127,7 @@ def _started(scheduler: Scheduler) -> Cluster:
         _scale(cluster, scheduler)
     except (TypeError, ValueError, OSError, RuntimeError) as error:
         if cluster is not None:
-            with suppress(AssertionError, OSError):  # Dask has no way to close a worker that never started
-                cluster.close()
+            cluster.close()
         raise InputError(f"the {scheduler.kind} cluster cannot be started: {' '.join(str(error).split())}") from None
     return cluster
 
@@ -152,6 +150,14 @@ def _scale(cluster: Cluster, scheduler: Scheduler) -> None:
 
 
 async def _submitted(cluster: Cluster) -> None:
+    from distributed.core import Status
+
     await cluster
-    for worker in list(cluster.workers.values()):
-        await worker
+    workers = list(cluster.workers.values())
+    try:
+        for worker in workers:
+            await worker
+    except BaseException:
+        for worker in workers:
+            worker.status = Status.failed if worker.status == Status.created else worker.status
+        raise  # the cluster can be closed now
