@@ -16,9 +16,9 @@ def until(condition, seconds):
         time.sleep(0.02)
 
 
-def module(name, folder, *arguments):
-    """Start a program of Dask in a folder, which is its home too."""
-    paths = [path for path in sys.path if path]
+def module(name, folder, *arguments, source=()):
+    """Start a program of Dask in a folder, which is its home too; `source` holds another modalprep."""
+    paths = [*map(str, source), *(path for path in sys.path if path)]
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
     environment = os.environ | {"HOME": str(folder), "PYTHONPATH": os.pathsep.join(paths)}
     command = [sys.executable, "-m", f"distributed.cli.{name}", *map(str, arguments)]
@@ -39,10 +39,10 @@ def scheduler_in(folder, port=0):
         end([process])
 
 
-def start_worker(folder, address, *options):
+def start_worker(folder, address, *options, source=()):
     """Start a worker of one thread without nanny, ended by a single signal."""
     own = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", folder / "dask"]
-    return module("dask_worker", folder, address, *own, *options)
+    return module("dask_worker", folder, address, *own, *options, source=source)
 
 
 def address_in(file):

@@ -1,7 +1,9 @@
 """Workers of a Dask cluster: what is lost, killed, refused or stopped ends with its sentence, and the others finish."""
 
 import os
+import shutil
 import time
+from pathlib import Path
 
 import psutil
 import pytest
@@ -13,12 +15,13 @@ from modalprep.errors import ClusterError
 from modalprep.examples import uniform_beam
 from modalprep.program import program
 from modalprep.workers.cluster import Cluster
-from modalprep.workers.on_worker import unfit
+from modalprep.workers.on_worker import IDLE, unfit
 from modalprep.workers.scheduler import Scheduler
 from modalprep.workers.team import UNLIMITED, Limits
 
 pytest.importorskip("distributed")
 GIB = 2**30
+ROOT = Path(mp.__file__).parent
 
 
 @pytest.fixture(scope="module")
@@ -112,26 +115,49 @@ def test_what_nobody_waits_for_is_stopped(team, task):
     assert set(outcomes(team(task()), [("ok", 0), ("ok", 1)], 20.0)) == {("ok", 0), ("ok", 1)}
 
 
-def test_processes_end_with_their_client(team, local):
+@pytest.mark.slow
+def test_processes_end_when_they_have_nothing_to_do(team):
     ((_, pid),) = outcomes(one := team(Odd()), [("pid", 0)]).values()
     assert psutil.pid_exists(pid)
     one.close()
-    until(lambda: not psutil.pid_exists(pid), 10)
+    until(lambda: not psutil.pid_exists(pid), 2 * IDLE)
 
 
-def test_another_program_gets_no_jobs(team, monkeypatch):
+@pytest.fixture
+def impatient(monkeypatch):
+    """Look and give up soon."""
+    for name, value in {"PATIENCE": 0.0, "LOOK": 0.1, "AGAIN": 0.2}.items():
+        monkeypatch.setattr(f"modalprep.workers.cluster.{name}", value)
+
+
+def test_another_program_gets_no_jobs(team, monkeypatch, impatient):
     """All workers are of another version: nothing is computed, and the error says which."""
     monkeypatch.setattr("modalprep.workers.cluster.program", lambda: program() | {"sources_sha256": "of yesterday"})
-    monkeypatch.setattr("modalprep.workers.cluster.PATIENCE", 0.0)
-    monkeypatch.setattr("modalprep.workers.cluster.LOOK", 0.1)
-    refused = team(Odd())
     with pytest.raises(ClusterError, match="has a different modalprep .its source files.; install the same there"):
-        outcomes(refused, [("ok", 0)])
+        outcomes(team(Odd()), [("ok", 0)])
 
 
-def test_a_folder_that_workers_do_not_see(local, monkeypatch, tmp_path):
-    monkeypatch.setattr("modalprep.workers.cluster.PATIENCE", 0.0)
-    monkeypatch.setattr("modalprep.workers.cluster.LOOK", 0.1)
+def test_one_worker_with_another_program(local, tmp_path):
+    """One line of its elements differs: it gets no jobs, the others run them all, and it is said."""
+    copy = shutil.copytree(ROOT, tmp_path / "modalprep", ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / "fe" / "elements" / "truss.py").open("a") as file:
+        file.write("# changed\n")
+    known = workers_of(local)
+    other = start_worker(tmp_path, local, source=[tmp_path])
+    until(lambda: len(workers_of(local)) == 3, 60)
+    team = Cluster(Scheduler(local), Odd())
+    try:
+        found = outcomes(team, [("ok", k) for k in range(40)])
+        assert {what for what, _ in found.values()} == {"ok"}
+        assert not set(team.refused) & set(known)
+        assert any("gets no jobs: it has a different modalprep" in line for line in team.news())
+    finally:
+        team.close()
+        end([other])
+        until(lambda: len(workers_of(local)) == 2, 60)
+
+
+def test_a_folder_that_workers_do_not_see(local, impatient, monkeypatch, tmp_path):
     mark = tmp_path / "batch.jsonl", "the batch"
     team = Cluster(Scheduler(local), Odd(), Limits(), mark)
     try:
@@ -139,16 +165,14 @@ def test_a_folder_that_workers_do_not_see(local, monkeypatch, tmp_path):
             outcomes(team, [("ok", 0)])
         mark[0].write_text("the batch\nmore\n")
         monkeypatch.setattr("modalprep.workers.cluster.PATIENCE", 60.0)
-        assert outcomes(team, [("ok", 1)])  # looked at again, and able now
+        assert outcomes(team, [("ok", 1)])  # tried again, and able now
     finally:
         team.close()
     assert unfit(program(), mark) == ""
 
 
-def test_an_ensemble_refuses_another_program(local, monkeypatch):
+def test_an_ensemble_refuses_another_program(local, monkeypatch, impatient):
     monkeypatch.setattr("modalprep.workers.cluster.program", lambda: program() | {"numpy": "1.0"})
-    monkeypatch.setattr("modalprep.workers.cluster.PATIENCE", 0.0)
-    monkeypatch.setattr("modalprep.workers.cluster.LOOK", 0.1)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam")
     system = mp.System(bodies={"beam": uniform_beam(modes=1)}, joints=(hinge,))
     with pytest.raises(ClusterError, match="different numpy"):
@@ -199,6 +223,6 @@ def test_workers_that_come_later_are_counted(tmp_path):
         worker = start_worker(tmp_path, address_in(file), "--nthreads", 3)
         assert outcomes(team, [("ok", 0)])["ok", 0][0] == "ok"
         until(lambda: not team.collect(0.1) and team.size == 3, 30)
-        assert team.news() == ["1 workers run 3 jobs at a time"]
+        assert team.news() == ["workers: 1, which run 3 jobs at a time"]
         team.close()
         end([worker])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import queue
 import uuid
 from concurrent.futures import CancelledError
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from modalprep.errors import ClusterError
 from modalprep.extras import need
 from modalprep.program import program
-from modalprep.workers.on_worker import LostJobError, UnfitWorkerError, end_processes, itself, run, unfit
+from modalprep.workers.on_worker import LostJobError, UnfitWorkerError, itself, run
 from modalprep.workers.scheduler import Scheduler, connect
 from modalprep.workers.team import UNLIMITED, Limits, Task
 
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
 
 LOOK = 2.0  # s between two looks at which workers there are
 LOST = 30.0  # s after which a scheduler that does not answer has gone
-PATIENCE = 20.0  # s in which workers that cannot run the jobs may become able to
+AGAIN = 5.0  # s after which a worker that could not run a job is tried again, as a shared folder may need some time
+PATIENCE = 20.0  # s in which one of the workers should be able to run a job
+KEPT = "what had ended is kept, and the same command goes on from there"
 LOGS = "distributed", "tornado", "asyncio"
 AHEAD = 200  # jobs that wait at the scheduler, from whose number a queue's system sees how many workers pay
 
@@ -67,10 +70,11 @@ class Cluster:
         self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._running: dict[Future, Any] = {}
         self._waiting: list[Any] = []  # for a worker that can run them
-        self._threads: dict[str, int] = {}
+        self._workers: dict[str, int] = {}  # threads by address
+        self._unfit: dict[str, float] = {}  # when workers could not run a job
         self.refused: dict[str, str] = {}
         self._said: list[str] = []
-        self._looked, self._usable = -LOOK, monotonic()
+        self._looked, self._answered, self._useless = -LOOK, monotonic(), math.inf
         self._hold()
         self._look()
 
@@ -79,9 +83,13 @@ class Cluster:
         self._held = self._client.submit(itself, self._task, pure=False)
 
     @property
+    def _usable(self) -> dict[str, int]:
+        return {address: threads for address, threads in self._workers.items() if address not in self._unfit}
+
+    @property
     def size(self) -> int:
         """Number of jobs that run at the same time: threads of the workers that can run them."""
-        return max(1, sum(self._threads.values()))
+        return max(1, sum(self._usable.values()))
 
     @property
     def free(self) -> int:
@@ -90,13 +98,13 @@ class Cluster:
 
     def submit(self, job: Any) -> None:
         """Queue a job at the scheduler, or here as long as no worker can run it."""
-        if self.refused and not self._threads:
+        if self._unfit and not self._usable:
             self._waiting.append(job)
             return
-        only = {"workers": list(self._threads)} if self.refused and self._threads else {}
+        only = {"workers": list(self._usable)} if self._unfit else {}
         future = self._client.submit(
-            run, self._held, job, self._name, self._limits, program(), pure=False, retries=self._limits.retries,
-            resources=self._scheduler.resources or None, **only,
+            run, self._held, job, self._name, self._limits, program(), self._mark, pure=False,
+            retries=self._limits.retries, resources=self._scheduler.resources or None, **only,
         )  # fmt: skip
         self._running[future] = job
         future.add_done_callback(self._ended.put)
@@ -113,7 +121,6 @@ class Cluster:
             self._connect_again()
         if monotonic() - self._looked > LOOK:
             self._look()
-        self._refuse_unfit()
         ended = [future for future in self._wait(seconds) if future in self._running]
         done = [future for future in ended if future.status == "finished"]
         results = self._gather(done) if done else {}
@@ -139,42 +146,44 @@ class Cluster:
         if future.status == "cancelled" and self._client.status != "running":
             return None  # it is submitted again with the connection
         job = self._running.pop(future)
+        error = future.exception() if future.status == "error" else None
+        if isinstance(error, UnfitWorkerError):
+            self._refuse(*error.args)
+            return self.submit(job)
+        self._useless = math.inf
         if future in results:
             return job, results[future]
         if future.status in ("finished", "pending"):  # its result was lost on the way
             return self.submit(job)
-        error = future.exception() if future.status == "error" else "the scheduler has let go of it"
-        if isinstance(error, UnfitWorkerError):
-            self._look()
-            return self.submit(job)
-        lost = str(error) if isinstance(error, LostJobError) else f"lost by the cluster: {' '.join(str(error).split())}"
-        return job, self._task.lost(job, lost)
+        said = " ".join(str(error or "the scheduler has let go of it").split())
+        return job, self._task.lost(job, said if isinstance(error, LostJobError) else f"lost by the cluster: {said}")
+
+    def _refuse(self, address: str, cause: str) -> None:
+        """Give no more jobs to a worker, for some time."""
+        self.refused[address], self._unfit[address] = cause, monotonic()
+        self._useless = min(self._useless, monotonic())
 
     def _look(self) -> None:
-        """Find the workers that can run the jobs, and why others cannot."""
-        self._looked = monotonic()
-        try:
-            threads = self._client.nthreads()
-            new = [address for address in threads if address not in self._threads]
-            found = self._ask(new) if new else {}
-        except (OSError, TimeoutError, ValueError):
-            return  # the connection says it
-        self.refused = {address: cause for address, cause in found.items() if cause}
-        self._threads = {address: count for address, count in threads.items() if address not in self.refused}
-        if self._threads or not self.refused:
-            self._usable = monotonic()
-            waiting, self._waiting = self._waiting, []
-            for job in waiting:
-                self.submit(job)
+        """Find which workers there are.
 
-    def _refuse_unfit(self) -> None:
-        if self.refused and not self._threads and monotonic() - self._usable > PATIENCE:
+        Raises
+        ------
+        ClusterError
+            When the scheduler does not answer, or none of its workers can run a job.
+        """
+        self._looked = monotonic()
+        with suppress(OSError, TimeoutError, ValueError):
+            self._workers = self._client.sync(self._client.scheduler.ncores, workers=None, callback_timeout=LOST / 3)
+            self._answered = monotonic()
+        if monotonic() - self._answered > LOST:
+            raise ClusterError(f"{self._scheduler} does not answer; {KEPT}")
+        if self._workers and not self._usable and monotonic() - self._useless > PATIENCE:
             address, cause = next(iter(self.refused.items()))
             raise ClusterError(f"no worker of {self._scheduler} can run the jobs: the one at {address} {cause}")
-
-    def _ask(self, workers: list[str]) -> dict[str, str]:
-        answers = self._client.run(unfit, program(), self._mark, workers=workers, on_error="return")
-        return {address: _cause(answer) for address, answer in answers.items()}
+        self._unfit = {address: since for address, since in self._unfit.items() if monotonic() - since < AGAIN}
+        waiting, self._waiting = self._waiting, []
+        for job in waiting:
+            self.submit(job)
 
     def _connect_again(self) -> None:
         """Wait for the scheduler to come back, and give it the jobs again.
@@ -187,11 +196,9 @@ class Cluster:
         end = monotonic() + LOST
         while self._client.status != "running":
             if monotonic() > end or self._client.status == "closed":
-                raise ClusterError(
-                    f"{self._scheduler} has gone; what had ended is kept, and the same command goes on from there"
-                )
+                raise ClusterError(f"{self._scheduler} has gone; {KEPT}")
             sleep(LOOK / 10)
-        jobs, self._running, self._threads = list(self._running.values()), {}, {}
+        jobs, self._running, self._answered = list(self._running.values()), {}, monotonic()
         self._hold()
         self._look()
         for job in jobs:
@@ -201,9 +208,9 @@ class Cluster:
         """Return what is new about the workers, in sentences."""
         said = [f"what the workers do is shown at {self.dashboard}"] if self.dashboard else []
         said += [f"the worker at {address} gets no jobs: it {cause}" for address, cause in self.refused.items()]
-        if self._threads:
-            said.append(f"{len(self._threads)} workers run {self.size} jobs at a time")
-        elif not self.refused:
+        if self._usable:
+            said.append(f"workers: {len(self._usable)}, which run {self.size} jobs at a time")
+        elif not self._workers:
             said.append("no worker has come yet; the jobs wait for one")
         new = [line for line in said if line not in self._said]
         self._said = said
@@ -211,22 +218,16 @@ class Cluster:
 
     def close(self) -> None:
         """Stop the jobs that run, and disconnect; a cluster that was started here ends."""
-        there = self._client.status == "running"
+        there = self._client.status == "running" and monotonic() - self._answered < LOST
         with suppress(OSError, TimeoutError, ValueError):
             if there:
-                self._end_jobs()
+                self._client.cancel([*self._running, self._held], force=True)
             self._client.close(timeout=LOST if there else 0.1)
         if self._started is not None:
             with suppress(OSError, TimeoutError, ValueError):
                 self._started.close()
         for log, level in self._levels.items() if there else ():  # a lost connection is told for some time
             log.setLevel(level)
-
-    def _end_jobs(self) -> None:
-        self._client.cancel([*self._running, self._held], force=True)
-        if self._threads and self._task.own_process:
-            workers = list(self._threads)
-            self._client.run(end_processes, self._name, workers=workers, wait=False, on_error="ignore")
 
 
 def _quiet() -> dict[logging.Logger, int]:
@@ -237,12 +238,3 @@ def _quiet() -> dict[logging.Logger, int]:
     for log in levels:
         log.setLevel(logging.CRITICAL)
     return levels
-
-
-def _cause(answer: Any) -> str:
-    """Return why a worker cannot run the jobs, from its answer or its error."""
-    if isinstance(answer, str):
-        return answer
-    if isinstance(answer, ModuleNotFoundError):
-        return f"has no {answer.name}: install the same program there as here"
-    return f"does not answer: {' '.join(str(answer).split())}"

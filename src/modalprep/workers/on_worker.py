@@ -14,7 +14,7 @@ from modalprep.workers.shares import processors
 from modalprep.workers.team import Limits, Task
 
 LOOK = 0.2  # s between two looks at a job that runs
-IDLE = 60.0  # s after which a process without a job is ended
+IDLE = 10.0  # s after which a process without a job is ended
 
 
 class LostJobError(Exception):
@@ -22,7 +22,7 @@ class LostJobError(Exception):
 
 
 class UnfitWorkerError(Exception):
-    """A worker cannot run the jobs; the text is the cause."""
+    """A worker cannot run the jobs; its address, and why."""
 
 
 def itself(task: Task) -> Task:
@@ -76,7 +76,9 @@ def _first_line(file: Path) -> str | None:
         return None
 
 
-def run(task: Task, job: Any, client: str, limits: Limits, wanted: dict[str, str]) -> Any:
+def run(
+    task: Task, job: Any, client: str, limits: Limits, wanted: dict[str, str], mark: tuple[Path, str] | None
+) -> Any:  # fmt: skip
     """Run a job in a thread of a worker, until nobody waits for it.
 
     Parameters
@@ -88,11 +90,13 @@ def run(task: Task, job: Any, client: str, limits: Limits, wanted: dict[str, str
     limits : Limits
     wanted : dict of str
         Program of the client.
+    mark : (Path, str) or None
+        A file that the worker must see, and its first line.
 
     Raises
     ------
     UnfitWorkerError
-        When the worker has another program.
+        When the worker has another program, or does not see the file.
     LostJobError
         When the process of the job has ended.
     """
@@ -100,8 +104,8 @@ def run(task: Task, job: Any, client: str, limits: Limits, wanted: dict[str, str
 
     worker = get_worker()
     key = worker.get_current_task()
-    if cause := unfit(wanted, None):
-        raise UnfitWorkerError(cause)
+    if cause := unfit(wanted, mark):
+        raise UnfitWorkerError(worker.address, cause)
 
     def stopped() -> bool:
         state = worker.state.tasks.get(key)
@@ -165,34 +169,14 @@ class Room:
                 self._watched = True
                 threading.Thread(target=self._watch, daemon=True).start()
 
-    def end(self, client: str) -> None:
-        """End the processes of a client that have no job."""
-        self._end(lambda whose, since: whose == client)
-
     def _watch(self) -> None:
         while self._watched:
             sleep(IDLE / 10)
-            self._end(lambda whose, since: monotonic() - since > IDLE)
             with self._lock:
+                for entry in [entry for entry in self._idle if monotonic() - entry[2] > IDLE]:
+                    self._idle.remove(entry)
+                    entry[1].stop()
                 self._watched = bool(self._idle)
-
-    def _end(self, chosen: Callable[[str, float], bool]) -> None:
-        with self._lock:
-            ending = [entry for entry in self._idle if chosen(entry[0], entry[2])]
-            self._idle = [entry for entry in self._idle if entry not in ending]
-        for _, process, _ in ending:
-            process.stop()
 
 
 ROOM = Room()
-
-
-async def end_processes(client: str) -> None:
-    """End the processes of a client on this worker that have no job; nobody waits for it.
-
-    Examples
-    --------
-    >>> import asyncio
-    >>> asyncio.run(end_processes("nobody"))
-    """
-    ROOM.end(client)
