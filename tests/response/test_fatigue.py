@@ -146,3 +146,30 @@ def test_refused(act, words):
 def test_no_stress_no_damage():
     assert random_damage(np.arange(3.0), np.zeros(3), CURVE, duration=1.0).life == np.inf
     assert rainflow_damage(np.arange(3.0), np.zeros(3), CURVE).damage == 0
+
+
+def test_what_lies_on_the_limits_is_accepted():
+    """Two frequencies, the first of them zero, a duration of zero; a history of two values, which is half a cycle."""
+    assert random_damage(np.array([0.0, 1.0]), np.ones(2), CURVE, duration=1.0).damage > 0
+    assert random_damage(np.array([0.0, 1.0]), np.ones(2), CURVE, duration=0.0).damage == 0
+    half = rainflow_damage(np.arange(2.0), np.array([0.0, 60.0]), CURVE)
+    assert half.damage == pytest.approx(rainflow_damage(np.arange(3.0), np.array([0.0, 30.0, 60.0]), CURVE).damage)
+    assert half.cycles == 0.5
+
+
+@pytest.mark.parametrize(
+    ("f", "psd", "duration"),
+    [
+        ([1.0, 2.0], [1.0, np.inf], 1.0),
+        ([1.0, 2.0], [1.0, -1e-9], 1.0),
+        ([1.0, 2.0], [1.0, 1.0], -1e-9),
+        ([1.0, 2.0], [1.0, 1.0], np.nan),
+        ([-1e-9, 2.0], [1.0, 1.0], 1.0),
+        ([1.0, 1.0], [1.0, 1.0], 1.0),
+        ([1.0], [1.0], 1.0),
+        ([1.0, 2.0], [1.0, 1.0, 1.0], 1.0),
+    ],
+)
+def test_what_lies_outside_is_refused(f, psd, duration):
+    with pytest.raises(mp.InputError):
+        random_damage(np.array(f), np.array(psd), CURVE, duration=duration)

@@ -109,7 +109,8 @@ def rainflow_damage(time: np.ndarray, stress: np.ndarray, curve: SNCurve) -> Fat
         raise InputError(f"rainflow counting needs a history of two finite values or more; {stress.shape} came")
     import rainflow
 
-    cycles = np.array([c[:3] for c in rainflow.extract_cycles(stress.tolist())]).reshape(-1, 3)
+    series = [stress[0], *stress.tolist()]  # of two values alone the library counts nothing; one more is no reversal
+    cycles = np.array([c[:3] for c in rainflow.extract_cycles(series)]).reshape(-1, 3)
     ranges, means, counts = cycles.T
     amplitude = curve.amplitude(ranges, means)
     return Fatigue(

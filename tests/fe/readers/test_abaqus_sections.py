@@ -343,3 +343,13 @@ def test_stiffnesses_of_solids_in_the_order_of_abaqus(read):
     order = [names.index(name) for name in ours]
     np.testing.assert_allclose(mesh.properties["c"].material.moduli(), C[np.ix_(order, order)], rtol=1e-12)
     np.testing.assert_allclose(mesh.data["frame"]["hexahedron"], [np.eye(3)])
+
+
+def test_shear_factors_of_the_shapes():
+    """The table of the Abaqus Analysis User's Guide, "Choosing a beam element": transverse shear stiffness."""
+    table = {
+        "RECT": 0.85, "CIRC": 0.89, "PIPE": 0.53, "THICK PIPE": 0.89, "BOX": 0.44, "I": 0.44, "T": 0.44, "L": 1.0,
+        "TRAPEZOID": 0.822,
+    }  # fmt: skip
+    assert {kind: SHAPES[kind][1](*sizes).k for kind, sizes in SIZES.items()} == table
+    assert SHAPES["ARBITRARY"][1](1, 0.0, 0.0, 1.0, 0.0, 0.01).k == 1.0
