@@ -8,7 +8,7 @@ import pytest
 from batches import Inline, write_grid
 
 from modalprep.cli import main
-from modalprep.pipeline.batch import batch as batches
+from modalprep.pipeline.batch import dispatch
 
 IY, IZ = [2e-7, 9e-7], [1e-7, 4e-7, 16e-7]
 
@@ -23,7 +23,7 @@ def grid(project, tmp_path_factory):
     text = file.read_text().replace("[reduction]", "[reduction]\ntruncation_vectors = []").replace("modes = 3\n", "", 1)
     file.write_text(text)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(batches, "Processes", Inline)
+        patch.setattr(dispatch, "Processes", Inline)
         assert main(["batch", str(file), "--quiet"]) == 0
     return file
 
@@ -85,7 +85,7 @@ def test_a_missing_case_is_left_out_and_named(grid, tmp_path, capsys):
     body = output / "beam-modes=4-Iz=4e-07-Iy=2e-07" / "beam-modes=4-Iz=4e-07-Iy=2e-07.h5"
     hidden = body.rename(tmp_path / "hidden.h5")
     try:
-        from modalprep.pipeline.batch.batch import plan_batch
+        from modalprep.pipeline.batch.plan import plan_batch
         from modalprep.pipeline.batch.tracks import follow, grids
         from modalprep.pipeline.console import Reporter
 

@@ -8,6 +8,7 @@ import pytest
 import modalprep as mp
 from modalprep.atomic import csv_text, text_of_csv, write_columns, write_table
 from modalprep.formats import read_csv, write_csv
+from modalprep.pipeline.study.write import write_study
 from modalprep.report.body_page.table import Table
 
 # OWASP, CSV Injection: a cell that begins with one of these is evaluated
@@ -43,10 +44,17 @@ def test_no_table_has_a_formula(tmp_path):
 
 def test_nothing_else_writes_csv(project):
     writers = [file.name for file in (project / "src").rglob("*.py") if "csv.writer" in file.read_text()]
-    assert sorted(writers) == ["atomic.py", "table.py"]
+    assert sorted(writers) == ["atomic.py", "table.py", "write.py"]  # the last one of studies, with all digits
 
 
 def test_channels_keep_their_names(tmp_path):
     channels = {"-a.angle": np.arange(2.0), "=b.position": np.ones((2, 3)), "'=c": np.zeros(2)}
     run = mp.Result(time=np.arange(2.0), channels=channels, status="", message="")
     assert set(read_csv(write_csv(run, tmp_path / "r.csv")).channels) == set(channels)
+
+
+def test_texts_of_a_study_are_no_formulas(tmp_path):
+    """Names of jobs and causes are texts of users; numbers, also negative ones, stay as they are."""
+    rows = [{"job": "=1+1", "status": "failed", "cause": "@x", "quantities": {"tip_m": -1.0}}]
+    write_study(rows, tmp_path)
+    assert cells((tmp_path / "study.csv").read_text())[6:] == ["'=1+1", "failed", "", "'@x", "", "-1.0"]

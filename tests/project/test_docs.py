@@ -10,6 +10,7 @@ from modalprep.cli import main
 from modalprep.cli.commands import app
 from modalprep.lazy import public_homes
 from modalprep.pipeline.console import COMPILING
+from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.report.pictures.render import drawing_problem
 
 NUMBERS = r"\d+(?:\.\d+)?(?:(?:, | and | to )\d+(?:\.\d+)?)*"
@@ -204,3 +205,33 @@ def test_examples_are_told_apart():
     assert not agrees("a\n...\nb\n...\n", "a\nc\n")
     for wrong in ("a 1.00 x\nb 3.0\n", "a 1.00 y\nb 2.0\n", "a 1.00 x\nb 2.0\nc\n", "b 2.0\n", "a 1.00 x\n"):
         assert not agrees(shown, wrong), wrong
+
+
+TABLE_ROW = re.compile(r"\| ((?:`\[\[?[\w.]+\]?\]`,? ?)+)\| (.*)")
+
+
+def keys_of(node, definitions, inside=()):
+    """Yield the keys of a table of the JSON schema, those of its inner tables, and the words that they may have."""
+    name = node.get("$ref", "").rpartition("/")[2]
+    if name and name not in inside:
+        yield from keys_of(definitions[name], definitions, (*inside, name))
+    for key, inner in node.get("properties", {}).items():
+        yield key
+        yield from keys_of(inner, definitions, inside)
+    yield from map(str, [*node.get("enum", ()), *([node["const"]] if "const" in node else [])])
+    several = [inner for kind in ("anyOf", "oneOf", "allOf", "prefixItems") for inner in node.get(kind, ())]
+    single = [node[kind] for kind in ("items", "additionalProperties") if isinstance(node.get(kind), dict)]
+    for inner in (*several, *single):
+        yield from keys_of(inner, definitions, inside)
+
+
+def test_tables_of_the_reference_name_keys_that_exist(project):
+    """Rows such as "| `[joints.X]` | `stiffness`, ... |": the keys `rest` and `law` were there, which nobody reads."""
+    schema = Pipeline.model_json_schema()
+    rows = [found for page in (project / "docs" / "reference").glob("*.md")
+            for line in page.read_text().splitlines() if (found := TABLE_ROW.match(line))]  # fmt: skip
+    assert len(rows) > 15
+    for row in rows:
+        tables = [name.split(".")[0] for name in re.findall(r"\[\[?([\w.]+)\]", row[1])]
+        known = {key for name in tables for key in keys_of(schema["properties"][name], schema["$defs"])}
+        assert set(re.findall(r"`([A-Za-z_]\w*)`", row[2])) <= known, row[0]
