@@ -2,11 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, field, fields, replace
 from functools import cache
-from typing import Any, Self
+from typing import Any, Self, TypeVar, dataclass_transform
 
 import numpy as np
+
+Given, Kept = TypeVar("Given"), TypeVar("Kept")
+
+
+def given(
+    *, converter: Callable[[Given], Kept], default: Given = MISSING, default_factory: Callable[[], Given] = MISSING
+) -> Kept:
+    """Return a field that users give as one type, such as a list, and that the record keeps as another.
+
+    ``converter(value, what)`` returns what is kept; `what` begins the sentence of an error. Type checkers know both
+    types.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> from modalprep.vectors import vector
+    >>> @dataclass(frozen=True, eq=False, kw_only=True)
+    ... class Ray(Record):
+    ...     axis: np.ndarray = given(converter=vector, default=(0, 0, 1))
+    >>> Ray().axis, Ray(axis=[1, 0, 0]).axis
+    (array([0., 0., 1.]), array([1., 0., 0.]))
+    """
+    return field(default=default, default_factory=default_factory, metadata={"converter": converter})
+
+
+def optional(convert: Callable[[Given], Kept]) -> Callable[[Given | None], Kept | None]:
+    """Return a converter that leaves None as it is."""
+    return lambda value, what="": None if value is None else convert(value, what)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
@@ -21,6 +50,83 @@ def _names(kind: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind))
 
 
+def filled(value: Kept | None, what: str = "") -> Kept:
+    """Return the value of a field as it is: where users give None, the ``__post_init__`` of the record fills it in.
+
+    Examples
+    --------
+    >>> filled(2.0)
+    2.0
+    """
+    found: Any = value
+    return found
+
+
+def start(value: float | Sequence[float] | np.ndarray, what: str = "") -> float | np.ndarray:
+    """Return a start value: a number, or an array of a list.
+
+    Examples
+    --------
+    >>> start(0.5), start([1, 2])
+    (0.5, array([1., 2.]))
+    """
+    return value if isinstance(value, int | float) else np.asarray(value, dtype=float)
+
+
+def names(value: Iterable[str], what: str = "") -> tuple[str, ...]:
+    """Return names as a tuple.
+
+    Examples
+    --------
+    >>> names(["arm.root", "arm.tip"])
+    ('arm.root', 'arm.tip')
+    """
+    return tuple(value)
+
+
+def several(value: Sequence[Kept], what: str = "") -> tuple[Kept, ...]:
+    """Return a list as a tuple; the record refuses what is neither.
+
+    Examples
+    --------
+    >>> several([1, 2])
+    (1, 2)
+    """
+    found: Any = tuple(value) if isinstance(value, list) else value
+    return found
+
+
+def by_name(value: Mapping[str, Kept], what: str = "") -> dict[str, Kept]:
+    """Return a mapping as a dictionary; the record refuses what is none.
+
+    Examples
+    --------
+    >>> by_name({"arm": 1})
+    {'arm': 1}
+    """
+    found: Any = dict(value) if isinstance(value, Mapping) else value
+    return found
+
+
+def pair(value: Sequence[str], what: str = "") -> tuple[str, str]:
+    """Return two names as a tuple; the record that keeps them counts them.
+
+    Examples
+    --------
+    >>> pair(["arm.tip", "ground"])
+    ('arm.tip', 'ground')
+    """
+    found: Any = tuple(value)
+    return found
+
+
+@cache
+def _converters(kind: type) -> tuple[tuple[str, Callable[[Any, str], Any]], ...]:
+    found = ((each.name, each.metadata.get("converter")) for each in fields(kind))
+    return tuple((name, converter) for name, converter in found if converter)
+
+
+@dataclass_transform(eq_default=False, kw_only_default=True, frozen_default=True, field_specifiers=(field, given))
 class Record:
     """Base of the frozen dataclasses: array fields cannot be written through the record.
 
@@ -42,6 +148,7 @@ class Record:
 
     def __post_init__(self) -> None:
         """Replace every array by a read-only view, also inside dictionaries."""
+        self._convert()
         for name in _names(type(self)):
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
@@ -50,9 +157,14 @@ class Record:
                 frozen = {k: _read_only(v) if isinstance(v, np.ndarray) else v for k, v in value.items()}
                 object.__setattr__(self, name, frozen)
 
+    def _convert(self, what: str = "") -> None:
+        """Convert what is `given`; a record whose checks need the result does so first, with its name for errors."""
+        for name, converter in _converters(type(self)):
+            object.__setattr__(self, name, converter(getattr(self, name), f"{what}{name}"))
+
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed."""
-        return replace(self, **changes)  # type: ignore[type-var]
+        return replace(self, **changes)
 
     def _unchecked(self, **changes: Any) -> Self:
         found = object.__new__(type(self))

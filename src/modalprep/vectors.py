@@ -10,9 +10,34 @@ import scipy
 
 from modalprep.errors import InputError
 
+VectorLike = Sequence[float] | np.ndarray
+MatrixLike = Sequence[VectorLike] | np.ndarray
+RotationLike = MatrixLike | VectorLike | tuple[VectorLike, float]  # see `as_rotation`
 UNIT = np.eye(3)
 ROUNDING = 1e-3  # of an inertia tensor that is given by a few digits, as on the cards of a deck
 PROPER = 1e-6  # of an entry of R R' - 1, and of the length of a quaternion
+
+
+def vector(value: VectorLike, what: str = "") -> np.ndarray:
+    """Return numbers that are given as a list, a tuple or an array.
+
+    Examples
+    --------
+    >>> vector((0, 0, 1))
+    array([0., 0., 1.])
+    """
+    return np.asarray(value, dtype=float)
+
+
+def matrix(value: MatrixLike, what: str = "") -> np.ndarray:
+    """Return rows of numbers that are given as lists, tuples or an array.
+
+    Examples
+    --------
+    >>> matrix([[1, 2], [3, 4]]).tolist()
+    [[1.0, 2.0], [3.0, 4.0]]
+    """
+    return np.asarray(value, dtype=float)
 
 
 def skew(r: np.ndarray) -> np.ndarray:
@@ -87,7 +112,7 @@ def rotation_matrix(vector: np.ndarray) -> np.ndarray:
     return scipy.spatial.transform.Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix().reshape(*vector.shape, 3)
 
 
-def as_rotation(value: Any, what: str) -> np.ndarray:
+def as_rotation(value: RotationLike, what: str = "rotation") -> np.ndarray:
     """Return the rotation matrix (3, 3) that is given as a matrix, a quaternion, or an axis and an angle.
 
     Parameters

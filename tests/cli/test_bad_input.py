@@ -27,7 +27,8 @@ import modalprep as mp
 from modalprep import atomic
 from modalprep.cli import main
 from modalprep.fe.external.files import read_matrices
-from modalprep.multibody.model.time_function import FUNCTIONS, TimeFunction
+from modalprep.multibody.model.functions.safe_expression import FUNCTIONS
+from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.pipeline.schema.load import load_pipeline
 
 

@@ -11,15 +11,15 @@ import numpy as np
 from modalprep.body.recovery import BodyMotion, Recovery
 from modalprep.body.stress import StressModes
 from modalprep.drawing import Film, Page, draw
-from modalprep.records import Record
-from modalprep.reduction.table import ModeTable
+from modalprep.records import Record, filled, given
+from modalprep.reduction.table import ModalBody, ModeTable
 from modalprep.verdicts.notes import with_warnings
 
 ORIGIN, AXES = "origin at the root interface", "axes of the mesh"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FlexibleBody(Record):
+class FlexibleBody(Record, ModalBody):
     """A flexible body in modal coordinates (theory 4).
 
     Frame B has its origin at the root interface and the axes of the mesh, unless `frame` says otherwise
@@ -118,9 +118,9 @@ class FlexibleBody(Record):
     volume: dict[str, np.ndarray] = field(default_factory=dict)
     stress: dict[str, StressModes] = field(default_factory=dict)
     recovery: dict[str, Recovery] = field(default_factory=dict)
-    modal_mass: np.ndarray | None = None
+    modal_mass: np.ndarray = given(converter=filled, default=None)
     T: np.ndarray | None = None
-    truncation: np.ndarray | None = None
+    truncation: np.ndarray = given(converter=filled, default=None)
     mode_names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from modalprep.body.stress import VON_MISES, von_mises
 from modalprep.errors import InputError
-from modalprep.records import Record
+from modalprep.records import Record, filled, given
 from modalprep.vectors import skew
 
 DRIVES = 12  # columns of `loads` before those of the interfaces: A (3), W (9)
@@ -151,7 +151,7 @@ class Recovery(Record):
     q: np.ndarray
     qdd: np.ndarray | None = None
     loads: np.ndarray | None = None
-    axes: np.ndarray | None = None
+    axes: np.ndarray = given(converter=filled, default=None)
     position: np.ndarray | None = None
     node: np.ndarray | None = None
     cell: np.ndarray | None = None

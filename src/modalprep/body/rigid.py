@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
@@ -9,11 +11,11 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.mesh import FAR
 from modalprep.reduction.table import ModeTable
 from modalprep.suggest import refuse_name
-from modalprep.vectors import refuse_impossible_inertia
+from modalprep.vectors import MatrixLike, VectorLike, refuse_impossible_inertia
 
 
 def rigid_body(
-    name: str, *, mass: float, centre: np.ndarray, inertia: np.ndarray, interfaces: dict[str, np.ndarray]
+    name: str, *, mass: float, centre: VectorLike, inertia: MatrixLike, interfaces: Mapping[str, VectorLike]
 ) -> FlexibleBody:
     """Return a rigid body with its frame at the first interface.
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from modalprep.reduction.prestress import buckling as buckling
     from modalprep.reduction.prestress import interface_load as interface_load
     from modalprep.reduction.prestress import prestressed_modes as prestressed_modes
-    from modalprep.reduction.projected import ModalBody as ModalBody
     from modalprep.reduction.projected import ProjectedBasis as ProjectedBasis
     from modalprep.reduction.projected import projected_basis as projected_basis
     from modalprep.reduction.projected import reduced_body as reduced_body
@@ -32,17 +31,18 @@ if TYPE_CHECKING:
     from modalprep.reduction.recoveries.convergence import recovery_convergence as recovery_convergence
     from modalprep.reduction.synthesis import SynthesisedModes as SynthesisedModes
     from modalprep.reduction.synthesis import synthesise as synthesise
+    from modalprep.reduction.table import ModalBody as ModalBody
     from modalprep.reduction.table import ModeTable as ModeTable
 
 _NAMES = {
     "basis": "Reduction Spans",
     "recoveries.convergence": "Convergence recovery_convergence",
-    "table": "ModeTable",
+    "table": "ModeTable ModalBody",
     "free_interface_basis": "free_interface improved_guyan",
     "loads": "Load nodal_load",
     "prestress": "interface_load acceleration_load buckling prestressed_modes LoadedModes",
     "error": "reduction_error ReductionError",
-    "projected": "projected_basis reduced_body ProjectedBasis ModalBody",
+    "projected": "projected_basis reduced_body ProjectedBasis",
     "synthesis": "synthesise SynthesisedModes",
     "damping": "rayleigh modal_damping component_damping Rayleigh ComponentDamping",
 }

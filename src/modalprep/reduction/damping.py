@@ -10,8 +10,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.records import Record
-from modalprep.reduction.projected import ModalBody
 from modalprep.reduction.synthesis import SynthesisedModes
+from modalprep.reduction.table import ModalBody
 from modalprep.suggest import refuse_unknown
 
 Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 from scipy.linalg import eigh
@@ -14,37 +13,12 @@ from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.dropped import projected_recovery
-from modalprep.reduction.table import PROJECTED, ModeTable
+from modalprep.reduction.table import PROJECTED, ModalBody, ModeTable
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 NEW = 1e-12  # of the mass of a vector: below it the vector depends on earlier ones; round-off is 1e-16
 STRAIN = 1e-15  # of the absolute terms of a strain energy: round-off
-
-
-class ModalBody(Protocol):
-    """Interface of a body for synthesis, such as `body.FlexibleBody` (theory 4)."""
-
-    m: float
-    s0: np.ndarray
-    E0: np.ndarray
-    S: np.ndarray
-    H: np.ndarray
-    K: np.ndarray
-    modal_mass: np.ndarray
-    T: np.ndarray | None
-    phi: np.ndarray
-    psi: np.ndarray
-    interface_name: tuple[str, ...]
-    interface_position: np.ndarray
-    points: np.ndarray
-    shape: np.ndarray
-    stress: dict[str, Any]
-    recovery: dict[str, Any]
-
-    @property
-    def n(self) -> int:
-        """Number of modal coordinates."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

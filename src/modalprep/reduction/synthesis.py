@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,8 +14,8 @@ from modalprep.errors import InputError
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
-from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
-from modalprep.reduction.table import DIRECTIONS
+from modalprep.reduction.projected import body_matrices, interface_motion
+from modalprep.reduction.table import DIRECTIONS, ModalBody
 from modalprep.suggest import find_interface, refuse_unknown
 from modalprep.vectors import as_rotation, skew
 
@@ -46,7 +46,7 @@ class SynthesisedModes(Record):
         Conditions of welds that follow from the others, or that the modes of the bodies cannot break.
     """
 
-    bodies: dict[str, ModalBody]
+    bodies: Mapping[str, ModalBody]
     frequency: np.ndarray
     shapes: np.ndarray
     coordinates: dict[str, np.ndarray]
@@ -98,7 +98,7 @@ class _Weld(NamedTuple):
 
 
 def synthesise(
-    bodies: dict[str, ModalBody],
+    bodies: Mapping[str, ModalBody],
     welds: Sequence[tuple] = (),
     placement: dict[str, Placement] | None = None,
     ground: Sequence[str | tuple] = (),
@@ -171,7 +171,7 @@ def _pair(spec: str | tuple) -> tuple:
     return (spec,) if isinstance(spec, str) else tuple(spec)
 
 
-def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
+def _weld(bodies: Mapping[str, ModalBody], spec: tuple, count: int) -> _Weld:
     """Read ``(end, end, directions)`` of a weld (count 2) or ``(end, directions)`` of the ground (count 1)."""
     if not count <= len(spec) <= count + 1:
         raise InputError(f"weld {spec!r} must name {count} interfaces and, if any, the directions left free")
@@ -186,12 +186,12 @@ def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
     return _Weld(label, (ends[0], ends[1] if count == 2 else None), constrained)
 
 
-def _size(bodies: dict[str, ModalBody]) -> float:
+def _size(bodies: Mapping[str, ModalBody]) -> float:
     """Length (m) of the longest body, by its interfaces or its mesh; 1 for points."""
     return max(float(np.abs(np.vstack([b.interface_position, b.points])).max()) for b in bodies.values()) or 1.0
 
 
-def _placed(bodies: dict[str, ModalBody], welds: list[_Weld], given: dict[str, Placement]) -> dict[str, Placement]:
+def _placed(bodies: Mapping[str, ModalBody], welds: list[_Weld], given: dict[str, Placement]) -> dict[str, Placement]:
     """Return position and rotation of every body: given, from a neighbour, or at the origin."""
     places = {name: _read_place(bodies, name, at) for name, at in given.items()}
     while len(places) < len(bodies):
@@ -205,7 +205,9 @@ def _placed(bodies: dict[str, ModalBody], welds: list[_Weld], given: dict[str, P
     return places
 
 
-def _refuse_gaps(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict[str, Placement], size: float) -> None:
+def _refuse_gaps(
+    bodies: Mapping[str, ModalBody], welds: list[_Weld], places: dict[str, Placement], size: float
+) -> None:
     for label, ends, _ in (weld for weld in welds if weld.ends[1]):
         a, b = (places[name][0] + places[name][1] @ bodies[name].interface_position[k] for name, k in ends)
         if not np.linalg.norm(a - b) <= MEET * size:
@@ -214,7 +216,7 @@ def _refuse_gaps(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict[
             )
 
 
-def _read_place(bodies: dict[str, ModalBody], name: str, at: Placement) -> Placement:
+def _read_place(bodies: Mapping[str, ModalBody], name: str, at: Placement) -> Placement:
     refuse_unknown(name, bodies, "placement: body")
     p, R = np.asarray(at[0], dtype=float), as_rotation(at[1], f"placement of {name!r}: the rotation")
     if p.shape != (3,):
@@ -222,7 +224,7 @@ def _read_place(bodies: dict[str, ModalBody], name: str, at: Placement) -> Place
     return p, R
 
 
-def _conditions(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict, K: np.ndarray, size: float):
+def _conditions(bodies: Mapping[str, ModalBody], welds: list[_Weld], places: dict, K: np.ndarray, size: float):
     """Return independent conditions G (m, N), notes on redundant ones, and the scale (N,) of the columns.
 
     The coordinates are the scaled ones over `scale`. Of dependent conditions the first ones are kept.
@@ -246,7 +248,7 @@ def _conditions(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict, 
     return (G / scale)[independent], redundant, scale
 
 
-def _column_scale(bodies: dict[str, ModalBody], G: np.ndarray, K: np.ndarray, size: float) -> np.ndarray:
+def _column_scale(bodies: Mapping[str, ModalBody], G: np.ndarray, K: np.ndarray, size: float) -> np.ndarray:
     """Sizes (N,): 1 and `size` for rigid motions, ``sqrt(K)`` with the softest column of G at 1, or a free column's."""
     scale = np.concatenate([np.concatenate([np.repeat([1.0, size], 3), np.zeros(b.n)]) for b in bodies.values()])
     elastic, norm = K > 0, np.linalg.norm(G, axis=0)
@@ -293,7 +295,7 @@ def _orthonormal(R: np.ndarray, M: csr_array) -> np.ndarray:
 
 
 def _system(
-    bodies: dict[str, ModalBody], places: dict, w2: np.ndarray, X: np.ndarray, redundant: tuple
+    bodies: Mapping[str, ModalBody], places: dict, w2: np.ndarray, X: np.ndarray, redundant: tuple
 ) -> SynthesisedModes:
     ends = np.cumsum([6 + body.n for body in bodies.values()])
     return SynthesisedModes(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -182,3 +182,28 @@ class ModeTable(Record):
         """(n, 6) effective mass over the body's total, 0 where the total is 0."""
         total = np.where(self.total > 0, self.total, np.inf)
         return self.effective_mass / total
+
+
+class ModalBody(Protocol):
+    """Interface of a body for synthesis, such as `body.FlexibleBody` (theory 4)."""
+
+    m: float
+    s0: np.ndarray
+    E0: np.ndarray
+    S: np.ndarray
+    H: np.ndarray
+    K: np.ndarray
+    modal_mass: np.ndarray
+    T: np.ndarray | None
+    phi: np.ndarray
+    psi: np.ndarray
+    interface_name: tuple[str, ...]
+    interface_position: np.ndarray
+    points: np.ndarray
+    shape: np.ndarray
+    stress: dict[str, Any]
+    recovery: dict[str, Any]
+
+    @property
+    def n(self) -> int:
+        """Number of modal coordinates."""

@@ -9,13 +9,18 @@ from typing import Literal
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.records import Record
+from modalprep.records import Record, given, optional
+from modalprep.vectors import VectorLike, vector
 
 DECIBEL = " dB/oct"
 PER_CYCLE = 100  # samples: straight lines between them miss a sine by (2 pi / 100)^2 / 8 = 5e-4 of its amplitude
 MOST_SAMPLES = 20_000_000
 BINS = 60  # of the axis, in an octave
 Rate = tuple[float, Literal["oct/min", "Hz/s"]]
+
+
+def _numbers(value: float | VectorLike, what: str = "") -> np.ndarray:
+    return np.atleast_1d(np.asarray(value, dtype=float))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,15 +49,12 @@ class Spectrum(Record):
     array([0., 2.])
     """
 
-    value: np.ndarray
-    frequency: np.ndarray | None = None
-    phase: np.ndarray | None = None
+    value: np.ndarray = given(converter=_numbers)
+    frequency: np.ndarray | None = given(converter=optional(_numbers), default=None)
+    phase: np.ndarray | None = given(converter=optional(_numbers), default=None)
 
     def __post_init__(self) -> None:
         """Check what was given."""
-        for key in ("value", "frequency", "phase"):
-            given = getattr(self, key)
-            object.__setattr__(self, key, None if given is None else np.atleast_1d(np.asarray(given, dtype=float)))
         super().__post_init__()
         n = 1 if self.frequency is None else len(self.frequency)
         if len(self.value) != n or (self.phase is not None and len(self.phase) != n):
@@ -156,13 +158,11 @@ class History(Record):
     array([1., 0.])
     """
 
-    time: np.ndarray
-    value: np.ndarray
+    time: np.ndarray = given(converter=vector)
+    value: np.ndarray = given(converter=vector)
 
     def __post_init__(self) -> None:
         """Check what was given."""
-        for key in ("time", "value"):
-            object.__setattr__(self, key, np.asarray(getattr(self, key), dtype=float))
         super().__post_init__()
         if self.time.ndim != 1 or self.time.shape != self.value.shape or len(self.time) < 2:
             raise InputError("a history needs two or more times, and as many values")

@@ -12,7 +12,7 @@ import scipy
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery import DRIVES
 from modalprep.errors import InputError
-from modalprep.records import Record
+from modalprep.records import Record, filled, given
 from modalprep.reduction.damping import Ratio, Rayleigh, damping_ratio
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.response.dropped import BASE, acts_statically
@@ -58,7 +58,7 @@ class ModalEquations(Record):
     B: np.ndarray
     drives: np.ndarray
     basis: np.ndarray
-    M: np.ndarray | None = None
+    M: np.ndarray = given(converter=filled, default=None)
 
     def __post_init__(self) -> None:
         """All coordinates have mass unless it is said."""

@@ -296,8 +296,8 @@ class Solid(Property):
 
     Examples
     --------
-    >>> Solid(material=Material(E=70e9, nu=0.3, rho=2700.0)).material.nu
-    0.3
+    >>> Solid(material=Material(E=70e9, nu=0.3, rho=2700.0)).material.rho
+    2700.0
     """
 
     material: Material | Orthotropic3D | Anisotropic

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from modalprep.fe.properties.materials import Anisotropic
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Beam, Property, Shell, Truss
+
+Kind = TypeVar("Kind", bound=Property)
 
 MODULI = ("E", "E1", "E2", "E3", "G12", "G13", "G23", "C")  # of all materials; ratios of Poisson stay
 SIZES = ("A", "Iy", "Iz", "J")  # of beams and trusses
@@ -112,7 +114,7 @@ def _first_modulus(material: Any) -> float:
     return material.C[0] if isinstance(material, Anisotropic) else getattr(material, "E", None) or material.E1
 
 
-def scaled(section: Property, parameter: ModelParameter, factor: complex) -> Property:
+def scaled(section: Kind, parameter: ModelParameter, factor: complex) -> Kind:
     """Return a property with a parameter times a factor, which may be complex.
 
     Examples

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modalprep.errors import InputError
 from modalprep.records import Record
+from modalprep.vectors import VectorLike
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,7 +75,7 @@ class StateSpace(Record):
         return (*kept, *(f"{name}.rate" for name in kept))
 
 
-def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
+def frequency_response(linear: StateSpace, frequency: VectorLike) -> NDArray[np.complex128]:
     """Return ``C (i omega - A)^-1 B + D`` (nf, no, ni): outputs per unit of harmonic inputs.
 
     Parameters
@@ -97,10 +99,10 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            error_estimate=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
     >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
-    ...                         D=np.zeros((1, 1)), **one)
+    ...                         D=np.zeros((1, 1)), inputs=("f",), outputs=("x",), owner=(("joint", "x"),),
+    ...                         y=np.zeros(2), udot=np.zeros(1), independent=np.arange(1), R=np.eye(1), error=0.0,
+    ...                         error_estimate=np.zeros((2, 2)))
     >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
     [[[0.333333333]]]
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from modalprep.multibody.analysis.independent_coordinates import Chart
@@ -52,13 +53,13 @@ class SystemModes(Record):
     True
     """
 
-    eigenvalue: np.ndarray
+    eigenvalue: NDArray[np.complex128]
     frequency: np.ndarray
     damping: np.ndarray
-    shape: np.ndarray
-    motion: dict[str, np.ndarray]
-    modal: dict[str, np.ndarray]
-    joints: dict[str, np.ndarray]
+    shape: NDArray[np.complex128]
+    motion: dict[str, NDArray[np.complex128]]
+    modal: dict[str, NDArray[np.complex128]]
+    joints: dict[str, NDArray[np.complex128]]
 
 
 def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) -> SystemModes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_element import HingeElement
-from modalprep.records import Record
+from modalprep.records import Record, given
 
 AXES = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # of the turns of a beam, in their order
 
@@ -27,6 +28,10 @@ def chain_links(name: str, count: int, parent: str, through: str) -> list[tuple[
     """
     names = [f"{name}{i}" for i in range(1, count + 1)]
     return list(zip(names, [parent, *(f"{each}.{through}" for each in names[:-1])], strict=True))
+
+
+def _joints(value: Joint | Sequence[Joint], what: str = "") -> tuple[Joint, ...]:
+    return (value,) if isinstance(value, Joint) else tuple(value)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,14 +73,14 @@ class Chain(Record):
     name: str
     segment: FlexibleBody
     count: int
-    joint: Joint | tuple[Joint, ...]
+    joint: tuple[Joint, ...] = given(converter=_joints)
     first: Joint | None = None
     parent: str = "ground"
     through: str = "tip"
 
     def __post_init__(self) -> None:
         """Refuse a chain without links."""
-        object.__setattr__(self, "joint", (self.joint,) if isinstance(self.joint, Joint) else tuple(self.joint))
+        self._convert()
         if self.count < 1 or not self.joint:
             raise InputError(f"chain {self.name!r} needs at least one segment and one joint")
         super().__post_init__()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
 import numpy as np
@@ -13,10 +13,10 @@ from modalprep.applies import Rule, refuse_idle
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.model.loads import GROUND, locate
-from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.records import Record
+from modalprep.multibody.model.time_function import TimeFunction, TimeFunctionLike, motion
+from modalprep.records import Record, given, optional
 from modalprep.suggest import refuse_name, refuse_unknown
-from modalprep.vectors import as_rotation
+from modalprep.vectors import as_rotation, vector
 
 ClosureType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
@@ -24,6 +24,12 @@ ClosureType = Literal[
 ]  # fmt: skip
 WITH_FRICTION = ("point_on_line", "point_on_plane")
 WITH_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar")  # which hold a direction of both ends
+
+
+def _path(values: Sequence[TimeFunctionLike | None], what: str = "") -> tuple[TimeFunction | None, ...]:
+    return tuple(map(optional(motion), values))
+
+
 REACH = 1.6  # rad, and in sizes of the system: about a quarter turn
 
 
@@ -72,8 +78,8 @@ class Closure(Record):
     Examples
     --------
     >>> rod = Closure(name="rod", type="distance", a="rocker.end", b="ground", position=np.array([1.0, 0, 0]), length=2)
-    >>> rod.length(0.0)[0]
-    2.0
+    >>> rod.position.tolist()
+    [1.0, 0.0, 0.0]
     """
 
     applies: ClassVar = (
@@ -90,12 +96,12 @@ class Closure(Record):
     type: ClosureType
     a: str
     b: str
-    axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    second_axis: np.ndarray | None = None
-    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
-    length: TimeFunction | None = None
-    path: tuple | None = None
+    axis: np.ndarray = given(converter=vector, default=(0.0, 0.0, 1.0))
+    second_axis: np.ndarray | None = given(converter=optional(vector), default=None)
+    position: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    rotation: np.ndarray = given(converter=as_rotation, default_factory=lambda: np.eye(3))
+    length: TimeFunction | None = given(converter=optional(motion), default=None)
+    path: tuple[TimeFunction | None, ...] | None = given(converter=optional(_path), default=None)
     friction_coefficient: float = 0.0
     transition_velocity: float = 1e-3
     active: bool = True
@@ -107,14 +113,14 @@ class Closure(Record):
         if self.a == self.b:
             raise InputError(f"{self._what} joins {self.a!r} to itself; name two different ends")
         refuse_idle(self, f"{self._what}: ")
+        self._convert(f"{self._what}: ")
         for key in ("axis", "second_axis"):
             value = getattr(self, key)
             if value is not None:
                 object.__setattr__(self, key, self._direction(key, value))
         if self.type == "universal" and self.second_axis is None:
             raise InputError(f"{self._what}: a universal joint needs a second_axis")
-        object.__setattr__(self, "rotation", as_rotation(self.rotation, f"{self._what}: rotation"))
-        self._read_functions()
+        self._check_functions()
         self._check_friction()
         _check_reach(self._what, self.reach)
         super().__post_init__()
@@ -129,27 +135,23 @@ class Closure(Record):
     def _what(self) -> str:
         return f"closure {self.name!r}"
 
-    def _direction(self, key: str, value: np.ndarray) -> np.ndarray:
-        axis = np.asarray(value, dtype=float)
+    def _direction(self, key: str, axis: np.ndarray) -> np.ndarray:
         if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
             raise InputError(f"{self._what}: {key} {axis.tolist()} has no direction")
         return axis / np.linalg.norm(axis)
 
-    def _read_functions(self) -> None:
+    def _check_functions(self) -> None:
         if self.length is not None:
-            length = TimeFunction.of(self.length).as_motion()
-            length.refuse_jumps(f"{self._what}: the length")
-            if not length(0.0)[0] > 0:
-                raise InputError(f"{self._what}: length {length(0.0)[0]:g} must be positive; use a spherical closure")
-            object.__setattr__(self, "length", length)
+            self.length.refuse_jumps(f"{self._what}: the length")
+            if not self.length(0.0)[0] > 0:
+                first = self.length(0.0)[0]
+                raise InputError(f"{self._what}: length {first:g} must be positive; use a spherical closure")
         if self.type == "position":
             if self.path is None or len(self.path) != 3 or all(value is None for value in self.path):
                 raise InputError(f"{self._what}: a position needs a path of three components, not all of them free")
-            path = tuple(None if value is None else TimeFunction.of(value).as_motion() for value in self.path)
-            for function in path:
+            for function in self.path:
                 if function is not None:
                     function.refuse_jumps(f"{self._what}: the path")
-            object.__setattr__(self, "path", path)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -184,7 +186,7 @@ class Coupler(Record):
 
     name: str
     factors: Mapping[str, float]
-    value: TimeFunction | None = None
+    value: TimeFunction | None = given(converter=optional(motion), default=None)
     active: bool = True
     reach: float = REACH
 
@@ -197,10 +199,9 @@ class Coupler(Record):
             if factor == 0 or not np.isfinite(factor):
                 raise InputError(f"{what}: factor {factor:g} of joint {joint!r} must be a number other than 0")
         _check_reach(what, self.reach)
+        self._convert(f"{what}: ")
         if self.value is not None:
-            value = TimeFunction.of(self.value).as_motion()
-            value.refuse_jumps(f"{what}: the value")
-            object.__setattr__(self, "value", value)
+            self.value.refuse_jumps(f"{what}: the value")
         super().__post_init__()
 
 

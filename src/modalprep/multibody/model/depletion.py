@@ -11,9 +11,10 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.levels import check_level, interpolate
 from modalprep.errors import InputError
-from modalprep.multibody.model.time_function import FOREVER, TimeFunction
-from modalprep.records import Record
+from modalprep.multibody.model.time_function import FOREVER, TimeFunction, by_parts
+from modalprep.records import Record, given, names
 from modalprep.suggest import refuse_unknown
+from modalprep.vectors import vector
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,11 +54,11 @@ class Depletion(Record):
     name: str
     body: str
     levels: tuple[FlexibleBody, ...]
-    mass: TimeFunction
+    mass: TimeFunction = given(converter=by_parts)
 
     def __post_init__(self) -> None:
         """Read the function of time."""
-        object.__setattr__(self, "mass", TimeFunction.of(self.mass).by_parts())
+        self._convert()
         if not self.levels:
             raise InputError(f"depletion {self.name!r}: give body {self.body!r} at one other fill level at least")
         self.mass.refuse_jumps(f"depletion {self.name!r}: the mass", smooth=False)
@@ -176,12 +177,12 @@ class ExpelledGas(Record):
 
     name: str
     at: str
-    source: TimeFunction
+    source: TimeFunction = given(converter=by_parts)
     speed: float
-    axis: np.ndarray
+    axis: np.ndarray = given(converter=vector)
     mass_fraction: float = 1.0
     pressure: float = 0.0
-    flow_path: tuple[str, ...] = ()
+    flow_path: tuple[str, ...] = given(converter=names, default=())
 
     def __post_init__(self) -> None:
         """Check the constants."""
@@ -190,12 +191,11 @@ class ExpelledGas(Record):
                 raise InputError(f"gas {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
         if self.mass_fraction > 1:
             raise InputError(f"gas {self.name!r}: mass_fraction = {self.mass_fraction:g} must not exceed 1")
-        axis = np.asarray(self.axis, dtype=float)
+        self._convert(f"gas {self.name!r}: ")
+        axis = self.axis
         if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
             raise InputError(f"gas {self.name!r}: axis {axis.tolist()} has no direction")
         object.__setattr__(self, "axis", axis / np.linalg.norm(axis))
-        object.__setattr__(self, "flow_path", tuple(self.flow_path))
-        object.__setattr__(self, "source", TimeFunction.of(self.source).by_parts())
         super().__post_init__()
 
     @property

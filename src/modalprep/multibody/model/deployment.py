@@ -10,8 +10,9 @@ import numpy as np
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.joint_types import AT_INTERFACE
-from modalprep.multibody.model.time_function import FOREVER, TimeFunction
-from modalprep.records import Record
+from modalprep.multibody.model.time_function import FOREVER, TimeFunction, motion
+from modalprep.records import Record, given, optional
+from modalprep.vectors import vector
 
 LEAST = 0.25  # of a cable's rod: deployed length from which the innermost rod rotates freely; else its inertia is small
 FIRST_BEND = 1.875  # of a beam's rod: bending length of the first hinge outside when the next rod is inserted
@@ -90,16 +91,16 @@ class Deployment(Record):
     length: float
     segments: int
     mass_per_length: float
-    deployed_length: TimeFunction | None = None
-    tension: TimeFunction | None = None
+    deployed_length: TimeFunction | None = given(converter=optional(motion), default=None)
+    tension: TimeFunction | None = given(converter=optional(TimeFunction.of), default=None)
     brake: float = 0.0
     initial_length: float = 0.0
     initial_speed: float = 0.0
     EI: float = 0.0
     damping: float = 0.0
-    axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
-    normal: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    axis: np.ndarray = given(converter=vector, default=(1.0, 0.0, 0.0))
+    normal: np.ndarray = given(converter=vector, default=(0.0, 0.0, 1.0))
+    position: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
     spatial: bool = False
     rotary_inertia: float = 0.0
     stop_time: float = FOREVER
@@ -125,10 +126,7 @@ class Deployment(Record):
             )
         if self.rotary_inertia and not self.spatial and self.parent == "ground":
             raise InputError(f"{what}'rotary_inertia' has no effect in a plane that is at rest; leave it out")
-        if self.deployed_length is not None:
-            object.__setattr__(self, "deployed_length", TimeFunction.of(self.deployed_length).as_motion())
-        if self.tension is not None:
-            object.__setattr__(self, "tension", TimeFunction.of(self.tension))
+        self._convert(what)
         if self.deployed_length is None and not 0 < self.initial_length <= self.length:
             raise InputError(
                 f"{what}initial_length = {self.initial_length:g} m must be positive and at most {self.length:g} m"
@@ -137,14 +135,13 @@ class Deployment(Record):
         super().__post_init__()
 
     def _frame(self, what: str) -> None:
-        axis, normal = np.asarray(self.axis, dtype=float), np.asarray(self.normal, dtype=float)
+        axis, normal = self.axis, self.normal
         if not np.linalg.norm(np.cross(axis, normal)) > 1e-6 * np.linalg.norm(axis) * np.linalg.norm(normal):
             raise InputError(f"{what}axis {axis.tolist()} and normal {normal.tolist()} must not be parallel")
         axis = axis / np.linalg.norm(axis)
         normal = normal - (normal @ axis) * axis
         object.__setattr__(self, "axis", axis)
         object.__setattr__(self, "normal", normal / np.linalg.norm(normal))
-        object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
 
     @property
     def rod_length(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.records import Record
+from modalprep.records import Record, given, names
+from modalprep.vectors import vector
 
 EARTH_MU = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, at the equator
@@ -46,13 +47,12 @@ class CentralGravity(Record):
     """
 
     mu: float
-    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    centre: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
 
     def __post_init__(self) -> None:
         """Check the constants."""
         if not 0 < self.mu < float("inf"):
             raise InputError(f"gravity: mu = {self.mu:g} must be positive")
-        object.__setattr__(self, "centre", np.asarray(self.centre, dtype=float))
         super().__post_init__()
 
 
@@ -211,13 +211,12 @@ class Conductor(Record):
     """
 
     name: str
-    through: tuple[str, ...]
-    current: TimeFunction
+    through: tuple[str, ...] = given(converter=names)
+    current: TimeFunction = given(converter=TimeFunction.of)
 
     def __post_init__(self) -> None:
         """Check the interfaces and read the function of time."""
-        object.__setattr__(self, "through", tuple(self.through))
-        object.__setattr__(self, "current", TimeFunction.of(self.current))
+        self._convert(f"conductor {self.name!r}: ")
         if any(a == b for a, b in self.segments) or not self.segments:
             raise InputError(
                 f"conductor {self.name!r}: 'through' needs two or more interfaces, no two equal in sequence"

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.system import System
-from modalprep.records import Record
+from modalprep.records import Record, given, names
 from modalprep.suggest import refuse_unknown
 
 
@@ -59,9 +59,9 @@ class Event(Record):
     when: str | Callable[[float, Any], float]
     direction: int = 0
     terminal: bool = False
-    activates: tuple[str, ...] = ()
-    deactivates: tuple[str, ...] = ()
-    impacts: tuple[str, ...] = ()
+    activates: tuple[str, ...] = given(converter=names, default=())
+    deactivates: tuple[str, ...] = given(converter=names, default=())
+    impacts: tuple[str, ...] = given(converter=names, default=())
     restitution: float = 0.0
     once: bool = False
 
@@ -71,8 +71,7 @@ class Event(Record):
             raise InputError(f"event {self.name!r}: direction {self.direction} is none of -1, 0, 1")
         if not 0 <= self.restitution <= 1:
             raise InputError(f"event {self.name!r}: restitution = {self.restitution:g} must be between 0 and 1")
-        for key in ("activates", "deactivates", "impacts"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
+        self._convert(f"event {self.name!r}: ")
         for name in set(self.activates) & set(self.deactivates):
             raise InputError(f"event {self.name!r} activates and deactivates closure {name!r}; choose one of both")
         refuse_idle(self, f"event {self.name!r}: ")

@@ -11,8 +11,9 @@ import numpy as np
 from modalprep.applies import Rule, refuse_idle
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.records import Record
+from modalprep.records import Record, given, pair
 from modalprep.suggest import refuse_unknown
+from modalprep.vectors import matrix, vector
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,9 +49,9 @@ class Water(Record):
         Rule(("up", "surface"), needs=("depths",), advice="it places the depths of the current, so leave it out"),
     )
     density: float = 1025.0
-    current: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    depths: np.ndarray = field(default_factory=lambda: np.zeros(1))
-    up: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    current: np.ndarray = given(converter=matrix, default=(0.0, 0.0, 0.0))
+    depths: np.ndarray = given(converter=vector, default=(0.0,))
+    up: np.ndarray = given(converter=vector, default=(0.0, 0.0, 1.0))
     surface: float = 0.0
 
     def __post_init__(self) -> None:
@@ -119,7 +120,7 @@ class ImmersedRod(Record):
     name: str
     body: str
     diameter: float
-    ends: tuple[str, str] = ("root", "tip")
+    ends: tuple[str, str] = given(converter=pair, default=("root", "tip"))
     normal_drag: float = 1.2
     tangential_drag: float = 0.01
     added_mass: float = 1.0
@@ -130,7 +131,6 @@ class ImmersedRod(Record):
         for name in ("diameter", "normal_drag", "tangential_drag", "added_mass"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"immersed {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
-        object.__setattr__(self, "ends", tuple(self.ends))
         super().__post_init__()
 
     @property

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,16 +20,20 @@ from modalprep.multibody.model.joint_types import (
     TRANSLATIONS,
     JointType,
 )  # fmt: skip
-from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.records import Record
+from modalprep.multibody.model.time_function import TimeFunction, motions
+from modalprep.records import Record, given, optional, start
 from modalprep.suggest import refuse_unknown
-from modalprep.vectors import as_rotation
+from modalprep.vectors import as_rotation, vector
 
 STARTS = {
     "angle": ROTATIONS, "rate": ROTATIONS, "displacement": TRANSLATIONS, "speed": TRANSLATIONS,
     "velocity": {"free": 3}, "angular_velocity": {"free": 3, "spherical": 3},
 }  # fmt: skip
 VECTORS = ("velocity", "angular_velocity")
+
+
+def _elements(value: HingeElement | Sequence[HingeElement], what: str = "") -> tuple[HingeElement, ...]:
+    return (value,) if isinstance(value, HingeElement) else tuple(value)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -97,30 +102,30 @@ class Joint(Record):
     type: JointType
     parent: str
     child: str
-    axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    second_axis: np.ndarray | None = None
+    axis: np.ndarray = given(converter=vector, default=(0.0, 0.0, 1.0))
+    second_axis: np.ndarray | None = given(converter=optional(vector), default=None)
     pitch: float = 0.0
-    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
-    angle: float | np.ndarray = 0.0
-    rate: float | np.ndarray = 0.0
-    displacement: float | np.ndarray = 0.0
-    speed: float | np.ndarray = 0.0
-    velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    motion: TimeFunction | tuple[TimeFunction, ...] | None = None
-    elements: tuple[HingeElement, ...] = ()
+    position: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    rotation: np.ndarray = given(converter=as_rotation, default_factory=lambda: np.eye(3))
+    angle: float | np.ndarray = given(converter=start, default=0.0)
+    rate: float | np.ndarray = given(converter=start, default=0.0)
+    displacement: float | np.ndarray = given(converter=start, default=0.0)
+    speed: float | np.ndarray = given(converter=start, default=0.0)
+    velocity: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    angular_velocity: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    motion: TimeFunction | tuple[TimeFunction, ...] | None = given(converter=optional(motions), default=None)
+    elements: tuple[HingeElement, ...] = given(converter=_elements, default=())
     keep_start: bool = False
 
     def __post_init__(self) -> None:
         """Normalise the axes and check the values."""
         refuse_unknown(self.type, SCALARS, f"joint {self.name!r}: type")
         self._check_starts()
+        self._convert(f"joint {self.name!r}: ")
         axis = self._direction("axis")
         if JOINT_TYPES[self.type].second_axis:
             object.__setattr__(self, "second_axis", self._second(axis))
         object.__setattr__(self, "axis", axis)
-        object.__setattr__(self, "rotation", as_rotation(self.rotation, f"joint {self.name!r}: rotation"))
         self._check_pitch()
         self._check_elements()
         self._check_motion()
@@ -175,10 +180,6 @@ class Joint(Record):
             raise InputError(f"joint {self.name!r}: a screw joint needs a pitch (m for each turn)")
 
     def _check_motion(self) -> None:
-        if isinstance(self.motion, list | tuple):
-            object.__setattr__(self, "motion", tuple(TimeFunction.of(law).as_motion() for law in self.motion))
-        elif self.motion is not None:
-            object.__setattr__(self, "motion", TimeFunction.of(self.motion).as_motion())
         count = SCALARS[self.type]
         if self.motion is not None and count == 0:
             raise InputError(f"joint {self.name!r}: a {self.type} joint cannot have a prescribed motion")
@@ -191,8 +192,6 @@ class Joint(Record):
             law.refuse_jumps(f"joint {self.name!r}: the prescribed motion")
 
     def _check_elements(self) -> None:
-        if isinstance(self.elements, HingeElement):
-            object.__setattr__(self, "elements", (self.elements,))
         if self.elements and self.motion is not None:
             raise InputError(
                 f"joint {self.name!r}: its motion is prescribed, so stiffness, damping, friction, limits and drives "
@@ -209,7 +208,7 @@ class Joint(Record):
             )
 
     def _direction(self, key: str) -> np.ndarray:
-        axis = np.asarray(getattr(self, key), dtype=float)
+        axis = getattr(self, key)
         length = np.linalg.norm(axis)
         if not length > 0:
             raise InputError(f"joint {self.name!r}: {key} {axis.tolist()} has no direction")

@@ -10,7 +10,7 @@ import numpy as np
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.records import Record
+from modalprep.records import Record, given, optional
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -41,8 +41,8 @@ class HingeElement(Record):
 
     Examples
     --------
-    >>> HingeElement(stiffness=10.0, drive="sin(t)").drive(0.0)
-    (0.0, 1.0, -0.0)
+    >>> HingeElement(stiffness=10.0, drive="sin(t)").limited
+    False
     """
 
     applies: ClassVar = (Rule(("limit_stiffness", "limit_damping"), needs=("lower", "upper")),)
@@ -55,7 +55,7 @@ class HingeElement(Record):
     upper: float = float("inf")
     limit_stiffness: float = 0.0
     limit_damping: float = 0.0
-    drive: TimeFunction | None = None
+    drive: TimeFunction | None = given(converter=optional(TimeFunction.of), default=None)
 
     def __post_init__(self) -> None:
         """Check the constants."""
@@ -69,7 +69,6 @@ class HingeElement(Record):
             raise InputError(f"limits: lower = {self.lower:g} must be below upper = {self.upper:g}")
         if self.limited and not self.limit_stiffness > 0:
             raise InputError("limits need a stiffness")
-        object.__setattr__(self, "drive", None if self.drive is None else TimeFunction.of(self.drive))
         super().__post_init__()
 
     @property

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -14,15 +14,21 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.depletion import ExpelledGas
 from modalprep.multibody.model.environment import CentralGravity, Conductor
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, check_rod
-from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.records import Record
+from modalprep.multibody.model.time_function import TimeFunction, TimeFunctionLike
+from modalprep.records import Record, given, optional, pair
 from modalprep.suggest import find_interface, refuse_name, refuse_unknown
-from modalprep.vectors import as_rotation
+from modalprep.vectors import as_rotation, matrix, vector
 
 GROUND = "ground"
 ROUNDING = 1e-9  # of a sum of fractions
 ZERO = (0.0, 0.0, 0.0)
 Axes = Literal["inertial", "body"]
+
+
+def _components(values: Sequence[TimeFunctionLike], what: str = "") -> tuple[TimeFunction, ...]:
+    return tuple(map(TimeFunction.of, values))
+
+
 ON_GROUND = "it is that of an end on the ground, so leave it out"
 
 
@@ -47,17 +53,15 @@ class PointForce(Record):
 
     name: str
     at: str
-    force: tuple = ZERO
-    torque: tuple = ZERO
+    force: tuple[TimeFunction, ...] = given(converter=_components, default=ZERO)
+    torque: tuple[TimeFunction, ...] = given(converter=_components, default=ZERO)
     axes: Axes = "inertial"
 
     def __post_init__(self) -> None:
-        """Read the functions of time."""
+        """Count the components."""
         for name in ("force", "torque"):
-            values = getattr(self, name)
-            if len(values) != 3:
+            if len(values := getattr(self, name)) != 3:
                 raise InputError(f"force {self.name!r}: {name} has {len(values)} components; give three")
-            object.__setattr__(self, name, tuple(TimeFunction.of(value) for value in values))
         _check_axes(self.name, self.axes)
         super().__post_init__()
 
@@ -83,14 +87,12 @@ class DistributedForce(Record):
 
     name: str
     body: str
-    force: np.ndarray
-    factor: TimeFunction = field(default_factory=lambda: TimeFunction(1.0))
+    force: np.ndarray = given(converter=matrix)
+    factor: TimeFunction = given(converter=TimeFunction.of, default_factory=lambda: TimeFunction(1.0))
     axes: Axes = "body"
 
     def __post_init__(self) -> None:
-        """Read the function of time."""
-        object.__setattr__(self, "force", np.asarray(self.force, dtype=float))
-        object.__setattr__(self, "factor", TimeFunction.of(self.factor))
+        """Check the axes."""
         _check_axes(self.name, self.axes)
         super().__post_init__()
 
@@ -110,14 +112,13 @@ class TwoEnded(Record):
 
     applies: ClassVar[tuple[Rule, ...]] = ()
     name: str
-    between: tuple[str, str]
+    between: tuple[str, str] = given(converter=pair)
     noun: ClassVar[str] = "element"
 
     def __post_init__(self) -> None:
         """Refuse one end twice."""
         if len(self.between) != 2 or self.between[0] == self.between[1]:
             raise InputError(f"{self.noun} {self.name!r}: joins {' and '.join(self.between)}; name two different ends")
-        object.__setattr__(self, "between", tuple(self.between))
         refuse_idle(self, f"{self.noun} {self.name!r}: ")
         super().__post_init__()
 
@@ -157,8 +158,8 @@ class AxialSpring(TwoEnded):
     stiffness: float = 0.0
     damping: float = 0.0
     free_length: float = 0.0
-    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    actuator_force: TimeFunction | None = None
+    position: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    actuator_force: TimeFunction | None = given(converter=optional(TimeFunction.of), default=None)
     tension_only: bool = False
     noun: ClassVar[str] = "spring"
 
@@ -169,9 +170,6 @@ class AxialSpring(TwoEnded):
                 raise InputError(f"spring {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
         if self.tension_only and self.actuator_force is not None:
             raise InputError(f"spring {self.name!r}: tension_only and actuator_force exclude each other; leave one out")
-        object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
-        force = None if self.actuator_force is None else TimeFunction.of(self.actuator_force)
-        object.__setattr__(self, "actuator_force", force)
         super().__post_init__()
 
 
@@ -206,25 +204,23 @@ class Bushing(TwoEnded):
         Rule(("free_position", "free_rotation", "position"), needs=("stiffness",)),
         Rule(("rotation",), needs=("stiffness", "damping")),
     )
-    stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    free_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    free_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
-    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    stiffness: np.ndarray = given(converter=vector, default_factory=lambda: np.zeros(6))
+    damping: np.ndarray = given(converter=vector, default_factory=lambda: np.zeros(6))
+    free_position: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    free_rotation: np.ndarray = given(converter=as_rotation, default_factory=lambda: np.eye(3))
+    position: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    rotation: np.ndarray = given(converter=as_rotation, default_factory=lambda: np.eye(3))
     noun: ClassVar[str] = "bushing"
 
     def __post_init__(self) -> None:
         """Check the constants."""
+        self._convert(f"bushing {self.name!r}: ")
         for name, shape in (("stiffness", (6,)), ("damping", (6,)), ("free_position", (3,)), ("position", (3,))):
-            value = np.asarray(getattr(self, name), dtype=float)
+            value = getattr(self, name)
             if value.shape != shape:
                 raise InputError(f"bushing {self.name!r}: {name} has {value.size} numbers; give {shape[0]}")
             if shape == (6,) and not np.all(value >= 0):
                 raise InputError(f"bushing {self.name!r}: {name} {value.tolist()} must not be negative")
-            object.__setattr__(self, name, value)
-        for name in ("free_rotation", "rotation"):
-            object.__setattr__(self, name, as_rotation(getattr(self, name), f"bushing {self.name!r}: {name}"))
         super().__post_init__()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +11,18 @@ import scipy
 from modalprep.applies import Rule
 from modalprep.errors import InputError
 from modalprep.multibody.model.loads import GROUND, ON_GROUND, TwoEnded
-from modalprep.vectors import as_rotation
+from modalprep.records import given, optional
+from modalprep.vectors import VectorLike, as_rotation, vector
+
+
+def _table(table: tuple[VectorLike, VectorLike], what: str = "") -> tuple[np.ndarray, np.ndarray]:
+    """Return a table as two arrays of numbers."""
+    x, torque = (np.asarray(values, dtype=float) for values in table)
+    if x.ndim != 1 or x.shape != torque.shape or len(x) < 2:
+        raise InputError(f"{what}: needs two lists of as many numbers, two or more")
+    if not np.all(np.isfinite([x, torque])) or not np.all(np.diff(x) > 0):
+        raise InputError(f"{what}: needs finite numbers, the first list increasing")
+    return x, torque
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,31 +75,29 @@ class RotationalSpring(TwoEnded):
         Rule(("rotation",), needs=("between",), among=(GROUND,), advice=ON_GROUND),
         Rule(("free_angle",), needs=("stiffness", "characteristic")),
     )
-    axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    axis: np.ndarray = given(converter=vector, default=(0.0, 0.0, 1.0))
     stiffness: float = 0.0
     damping: float = 0.0
-    characteristic: tuple[np.ndarray, np.ndarray] | None = None
-    damping_characteristic: tuple[np.ndarray, np.ndarray] | None = None
+    characteristic: tuple[np.ndarray, np.ndarray] | None = given(converter=optional(_table), default=None)
+    damping_characteristic: tuple[np.ndarray, np.ndarray] | None = given(converter=optional(_table), default=None)
     free_angle: float = 0.0
-    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    rotation: np.ndarray = given(converter=as_rotation, default_factory=lambda: np.eye(3))
     noun: ClassVar[str] = "rotational spring"
 
     def __post_init__(self) -> None:
         """Normalise the axis, read the tables and check the constants."""
         what = f"{self.noun} {self.name!r}"
-        axis = np.asarray(self.axis, dtype=float)
+        self._convert(f"{what}: ")
+        axis = self.axis
         if axis.shape != (3,) or not 0 < np.linalg.norm(axis) < np.inf:
             raise InputError(f"{what}: axis {axis.tolist()} has no direction")
         object.__setattr__(self, "axis", axis / np.linalg.norm(axis))
-        object.__setattr__(self, "rotation", as_rotation(self.rotation, f"{what}: rotation"))
         for constant, key in (("stiffness", "characteristic"), ("damping", "damping_characteristic")):
             value, table = getattr(self, constant), getattr(self, key)
             if not 0 <= value < np.inf:
                 raise InputError(f"{what}: {constant} = {value:g} must not be negative")
             if value and table is not None:
                 raise InputError(f"{what}: {constant} and {key} exclude each other; leave one out")
-            if table is not None:
-                object.__setattr__(self, key, _checked(table, f"{what}: {key}"))
         if self.damping_characteristic is not None and np.any(np.prod(self.damping_characteristic, axis=0) < 0):
             raise InputError(f"{what}: damping_characteristic drives at some rates; its torques need the rates' signs")
         super().__post_init__()
@@ -110,13 +119,3 @@ class RotationalSpring(TwoEnded):
         law = scipy.interpolate.PchipInterpolator(x, torque)
         energy = law.antiderivative()
         return np.column_stack([x, energy(x) - energy(np.clip(0.0, x[0], x[-1])), torque, law.derivative()(x)])
-
-
-def _checked(table: tuple[np.ndarray, np.ndarray], what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return a table as two arrays of numbers."""
-    x, torque = (np.asarray(values, dtype=float) for values in table)
-    if x.ndim != 1 or x.shape != torque.shape or len(x) < 2:
-        raise InputError(f"{what}: needs two lists of as many numbers, two or more")
-    if not np.all(np.isfinite([x, torque])) or not np.all(np.diff(x) > 0):
-        raise InputError(f"{what}: needs finite numbers, the first list increasing")
-    return x, torque

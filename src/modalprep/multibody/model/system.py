@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -20,8 +20,9 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import SCALARS
 from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.notebook import html_table
-from modalprep.records import Record
+from modalprep.records import Record, by_name, given, several
 from modalprep.suggest import refuse_name, refuse_other, refuse_unknown
+from modalprep.vectors import vector
 from modalprep.verdicts.notes import with_warnings
 
 LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
@@ -53,21 +54,20 @@ class System(Record):
     ('arm',)
     """
 
-    bodies: dict[str, FlexibleBody]
-    joints: tuple[Joint, ...]
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    loads: tuple[Load, ...] = ()
-    closures: tuple[Closure | Coupler, ...] = ()
+    bodies: dict[str, FlexibleBody] = given(converter=by_name)
+    joints: tuple[Joint, ...] = given(converter=several)
+    gravity: np.ndarray = given(converter=vector, default=(0.0, 0.0, 0.0))
+    loads: tuple[Load, ...] = given(converter=several, default=())
+    closures: tuple[Closure | Coupler, ...] = given(converter=several, default=())
     orbit: Orbit | None = None
-    depletions: tuple[Depletion, ...] = ()
+    depletions: tuple[Depletion, ...] = given(converter=several, default=())
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the tree, its loads and its constraints."""
-        gravity = np.asarray(self.gravity, dtype=float)
-        if gravity.shape != (3,) or not np.all(np.isfinite(gravity)):
-            raise InputError(f"gravity {self.gravity!r} is not three numbers in m/s^2")
-        object.__setattr__(self, "gravity", gravity)
+        self._convert()
+        if self.gravity.shape != (3,) or not np.all(np.isfinite(self.gravity)):
+            raise InputError(f"gravity {self.gravity.tolist()} is not three numbers in m/s^2")
         super().__post_init__()
         self._refuse_other_types()
         if not self.bodies:

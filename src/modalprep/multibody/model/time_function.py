@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.model.functions.safe_expression import FUNCTIONS, read_expression
+from modalprep.multibody.model.functions.safe_expression import expression
 from modalprep.multibody.model.functions.survey import survey_width
 
+TimeFunctionLike = "TimeFunction | float | str | Sequence[tuple[float, Any]]"  # what `TimeFunction.of` takes
 FOREVER = float("inf")
 SMOOTH = 1e-6  # relative size below which a jump of a prescribed motion is rounding of constants
 
@@ -49,7 +50,7 @@ class TimeFunction:
     ((3.0, 0.0, 0.0), (-4.0, -2.0, 0.0))
     """
 
-    source: Any
+    source: TimeFunctionLike
     pieces: tuple[Piece, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -69,7 +70,7 @@ class TimeFunction:
         object.__setattr__(self, "pieces", tuple(_piece(float(until), what) for until, what in given))
 
     @classmethod
-    def of(cls, value: Any) -> TimeFunction:
+    def of(cls, value: TimeFunctionLike, what: str = "") -> TimeFunction:
         """Return `value` if it is one already, else a new one of a number, an expression or pieces.
 
         Returns
@@ -287,6 +288,29 @@ def _times(what: Any, factor: float) -> Any:
     return f"({factor!r})*({what})" if isinstance(what, str) else factor * what
 
 
+def motion(value: TimeFunctionLike, what: str = "") -> TimeFunction:
+    """Return a function of time as `TimeFunction.as_motion` has it."""
+    return TimeFunction.of(value).as_motion()
+
+
+def motions(
+    value: TimeFunction | float | str | Sequence[TimeFunctionLike], what: str = ""
+) -> TimeFunction | tuple[TimeFunction, ...]:
+    """Return the motion of a joint's coordinate, or a tuple of them of a list or tuple.
+
+    Examples
+    --------
+    >>> type(motions(["t", 2.0])).__name__
+    'tuple'
+    """
+    return tuple(map(motion, value)) if isinstance(value, list | tuple) else motion(value)
+
+
+def by_parts(value: TimeFunctionLike, what: str = "") -> TimeFunction:
+    """Return a function of time as `TimeFunction.by_parts` has it, for a mass whose rate counts."""
+    return TimeFunction.of(value).by_parts()
+
+
 def _piece(until: float, what: Any) -> Piece:
     if _is_table(what):
         from modalprep.multibody.model.functions.curves import knots
@@ -299,29 +323,3 @@ def _piece(until: float, what: Any) -> Piece:
     if not np.isfinite(value):
         raise InputError(f"function of time: {value} is not a finite number")
     return Piece(until, lambda t: np.array([np.full(len(t), value), 0 * t, 0 * t]), None, f"{value:g}", value)
-
-
-def expression(text: str) -> Callable[[np.ndarray], np.ndarray]:
-    """Return ``t (n,) -> (3, n)``: value and first two derivatives of an expression of time.
-
-    Raises
-    ------
-    InputError
-        When the text is not an expression of t and known functions.
-
-    Examples
-    --------
-    >>> expression("sin(t)")(np.zeros(1)).ravel().tolist()
-    [0.0, 1.0, 0.0]
-    >>> expression("open(t)")  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    modalprep.errors.InputError: function of time 'open(t)': unknown name open; use t and sin, cos, ...
-    """
-    import symengine
-
-    value, t = read_expression(text), symengine.Symbol("t")
-    try:
-        derivatives = symengine.Lambdify([t], [value, value.diff(t), value.diff(t, t)])
-    except (RuntimeError, TypeError, ValueError, AttributeError, NotImplementedError):
-        raise InputError(f"function of time {text!r} has no two real derivatives; use t and {FUNCTIONS}") from None
-    return lambda times: np.asarray(derivatives(times[:, None]), dtype=float).reshape(len(times), 3).T

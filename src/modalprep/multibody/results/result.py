@@ -91,7 +91,7 @@ class Result(Record):
     channels: dict[str, np.ndarray]
     status: str
     message: str
-    stats: dict[str, str | int | float] = field(default_factory=dict)
+    stats: dict[str, Any] = field(default_factory=dict)
     events: dict[str, np.ndarray] = field(default_factory=dict)
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import ast
 import warnings
+from collections.abc import Callable
 from typing import Any
+
+import numpy as np
 
 from modalprep.errors import InputError
 
@@ -87,3 +90,29 @@ def _integer(node: ast.expr) -> int | None:
         case _:
             return None
     return value if abs(value) <= LARGEST else None
+
+
+def expression(text: str) -> Callable[[np.ndarray], np.ndarray]:
+    """Return ``t (n,) -> (3, n)``: value and first two derivatives of an expression of time.
+
+    Raises
+    ------
+    InputError
+        When the text is not an expression of t and known functions.
+
+    Examples
+    --------
+    >>> expression("sin(t)")(np.zeros(1)).ravel().tolist()
+    [0.0, 1.0, 0.0]
+    >>> expression("open(t)")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    modalprep.errors.InputError: function of time 'open(t)': unknown name open; use t and sin, cos, ...
+    """
+    import symengine
+
+    value, t = read_expression(text), symengine.Symbol("t")
+    try:
+        derivatives = symengine.Lambdify([t], [value, value.diff(t), value.diff(t, t)])
+    except (RuntimeError, TypeError, ValueError, AttributeError, NotImplementedError):
+        raise InputError(f"function of time {text!r} has no two real derivatives; use t and {FUNCTIONS}") from None
+    return lambda times: np.asarray(derivatives(times[:, None]), dtype=float).reshape(len(times), 3).T
