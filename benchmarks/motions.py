@@ -14,7 +14,7 @@ from integrators import chain, link
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 
 PIPELINES = Path(__file__).parents[1] / "pipelines"
@@ -149,7 +149,7 @@ def shipped(name: str, followed: str, t_end: float) -> Motion:
     """Return the system of a pipeline file; its bodies are made in a folder that goes again."""
     path = PIPELINES / f"{name}.toml"
     with tempfile.TemporaryDirectory() as folder:
-        system = read_system(load_pipeline(path), path, Path(folder), Reporter(quiet=True))
+        system = read_system(load(path), Path(folder), Reporter(quiet=True))
     return Motion(system, followed, t_end)
 
 

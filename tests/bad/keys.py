@@ -8,10 +8,10 @@ import modalprep as mp
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.pipeline.build.build import read_bodies
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema import chain, changing, environment, force_elements
 from modalprep.pipeline.schema import system as system_tables
 from modalprep.pipeline.schema.changing import read_events
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import system_of
 
 BODY = {"mass": 2.0, "centre": [0.4, 0.1, 0.05], "inertia": [0.2, 0.5, 0.6, 0.02, -0.03, 0.01]}
@@ -40,8 +40,8 @@ def base():
 
 def system(path):
     """Return a pipeline file and its system."""
-    pipeline = load_pipeline(path)
-    return pipeline, system_of(pipeline, path, read_bodies(pipeline, path, None))
+    source = load(path)
+    return source, system_of(source, read_bodies(source, None))
 
 
 class Family:
@@ -84,7 +84,8 @@ class Family:
 
     def result(self, path):
         """Return the run of a pipeline file."""
-        pipeline, made = system(path)
+        source, made = system(path)
+        pipeline = source.pipeline
         s = pipeline.simulation
         given = {"t_end": s.t_end, "output_step": s.output_step, "method": s.method}
         if isinstance(made, DeployingSystem):

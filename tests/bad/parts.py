@@ -8,10 +8,10 @@ from bad.keys import Family
 
 from modalprep.pipeline.build.compute import compute_body
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.responses.respond import computed, refuse_responses
 from modalprep.pipeline.responses.strength import strength
 from modalprep.pipeline.schema import fe, properties, reduction
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.responses import response
 from modalprep.pipeline.schema.responses import strength as of_strength
 
@@ -88,11 +88,13 @@ class PartFamily(Family):
     def result(self, path):
         """Return all that comes of a file: its body, responses, spectra, damage and notes, by names."""
         (path.parent / "part.inp").write_text(MESH)
-        pipeline = load_pipeline(path)
-        refuse_responses(pipeline, path)
-        built = compute_body(path, pipeline, path.with_suffix(".h5"), quiet := Reporter(quiet=True), None)
-        found = {name: computed(table, built.body, path.parent)[0] for name, table in pipeline.response.items()}
-        done = strength(path, pipeline, found, None, path.parent, quiet)
+        source = load(path)
+        if source.pipeline.response:
+            refuse_responses(source)
+        built = compute_body(source, path.with_suffix(".h5"), quiet := Reporter(quiet=True), None)
+        tables = source.pipeline.response
+        found = {name: computed(table, built.body, path.parent)[0] for name, table in tables.items()}
+        done = strength(source, found, None, path.parent, quiet)
         body = {name: value for name, value in vars(built.body).items() if name != "provenance"}
         notes = " ".join([*built.notes, *(note for each in found.values() for note in each.notes), *done.notes])
         return dict(_leaves({"body": body, "error": built.error, "tables": built.tables, "response": found,

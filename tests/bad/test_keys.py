@@ -137,7 +137,7 @@ def test_keys_without_effect(folder, changes, said):
         inside = file.setdefault(first, {})
         (inside.setdefault(rest, {}) if rest else inside).update(given)
     with pytest.raises(mp.InputError, match=re.escape(said or "'environment.water' has no effect")):
-        refuse_channels(*system(written(folder, file)), folder / "job.toml")
+        refuse_channels(*system(written(folder, file)))
 
 
 @pytest.mark.parametrize(("change", "noted"), [("deactivates", True), ("activates", False)])

@@ -24,7 +24,7 @@ from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.task import JobTask
 from modalprep.pipeline.batch.work import work
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.program import program
 from modalprep.workers.processes import Processes
 from modalprep.workers.shares import THREADS, share_threads
@@ -139,9 +139,9 @@ def test_tables_of_points_are_inputs_of_a_job(project, tmp_path):
     push = '[forces.push]\nat = "bob.root"\nforce = [0, { file = "push.csv" }, 0]\n'
     (tmp_path / "system.toml").write_text(f"{system}{push}[simulation]\nt_end = 0.01\n")
     (tmp_path / "push.csv").write_text("0, 0\n1, 2\n")
-    before = input_digests(tmp_path / "system.toml")
+    before = input_digests(load(tmp_path / "system.toml"))
     (tmp_path / "push.csv").write_text("0, 0\n1, 3\n")
-    after = input_digests(tmp_path / "system.toml")
+    after = input_digests(load(tmp_path / "system.toml"))
     assert before["system.toml"] == after["system.toml"]
     assert before["push.csv"] != after["push.csv"]
 
@@ -431,7 +431,7 @@ def test_page(project, tmp_path):
     file = tmp_path / "pipelines" / "bracket.toml"
     file.write_text((project / "pipelines" / "bracket.toml").read_text() + block)
     jobs = find_jobs([str(file)], None)
-    assert [load_pipeline(job.file).reduction.modes for job in jobs] == [10, 10, 20, 20]
+    assert [load(job.file).pipeline.reduction.modes for job in jobs] == [10, 10, 20, 20]
     named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", page))
     assert named
     assert named <= {job.name for job in jobs}

@@ -12,6 +12,7 @@ from modalprep.pipeline.batch.job import Job, Setting
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.plan import Batch, Shard, plan_batch
 from modalprep.pipeline.batch.work import work
+from modalprep.pipeline.loaded import load
 from modalprep.program import program
 
 ASSEMBLY = """
@@ -92,11 +93,11 @@ def test_a_worker_that_sees_another_file_fails(project, tmp_path, monkeypatch):
     """A file of the same name in the folder of a worker was once computed, and called done."""
     monkeypatch.setattr("modalprep.pipeline.batch.work.PATIENCE", 0.0)
     job = Job(write_beam(project, tmp_path / "beam.toml", modes=2), None)
-    there = input_digests(job.file) | {"beam.toml": "f00"}
+    there = input_digests(load(job.file)) | {"beam.toml": "f00"}
     record = work(job.at_home(there), Setting(None, 1e9, program()))
     assert record["status"] == "failed"
     assert f"sees another {tmp_path / 'beam.toml'} than the client" in record["cause"]
-    assert work(job.at_home(input_digests(job.file)), Setting(None, 1e9, program()))["status"] == "done"
+    assert work(job.at_home(input_digests(load(job.file))), Setting(None, 1e9, program()))["status"] == "done"
 
 
 def test_the_log_of_a_job_is_there_while_it_runs(project, tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import pytest
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.analysis import analyse_pipeline
 from modalprep.pipeline.systems.read import read_system
 
@@ -66,7 +66,7 @@ def folder(tmp_path_factory):
 def system_of(text, folder):
     path = folder / "job.toml"
     path.write_text(text)
-    return read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    return read_system(load(path), None, Reporter(quiet=True))
 
 
 def test_what_each_key_becomes(folder):

@@ -6,8 +6,8 @@ import pytest
 from modalprep.errors import InputError
 from modalprep.multibody.model.hydrodynamics import ImmersedRod
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema.changing import read_events
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import simulate_pipeline
 
@@ -59,8 +59,8 @@ t_end = 0.1
 def read(text, folder):
     path = folder / "water.toml"
     path.write_text(text)
-    pipeline = load_pipeline(path)
-    return pipeline, read_system(pipeline, path, None, Reporter(quiet=True))
+    source = load(path)
+    return source.pipeline, read_system(source, None, Reporter(quiet=True))
 
 
 def test_every_key_arrives(tmp_path):

@@ -20,7 +20,7 @@ from modalprep.formats.export import export_body
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.init.survey import survey
 from modalprep.pipeline.init.write import init_pipeline
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.report.pictures.system_animation import animate_system
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data"))
@@ -36,8 +36,8 @@ def parts(tmp_path_factory):
 
 def model_of(file):
     """Return the model of a pipeline file, as its run assembles it."""
-    pipeline = load_pipeline(file)
-    return assemble_pipeline(pipeline, read_pipeline_mesh(file, pipeline))
+    source = load(file)
+    return assemble_pipeline(source.pipeline, read_pipeline_mesh(source))
 
 
 @needs_gmsh
@@ -126,7 +126,7 @@ def test_meshes_of_gmsh(project, tmp_path, name):
     found, files = init_pipeline(project / "meshes" / f"{name}.msh", tmp_path / "part.toml")
     assert [one.name for one in found.active] == MESHES[name]
     assert [frame.name for frame in model_of(files[0]).interfaces] == MESHES[name]
-    load_pipeline(files[1])
+    load(files[1])
     assert found.read.length_unit == ("mm" if name == "bracket" else "m")
 
 
@@ -177,7 +177,7 @@ def test_decks(tmp_path, name):
     model = model_of(files[0])
     assert [frame.name for frame in model.interfaces] == interfaces
     assert len(files) == 2
-    load_pipeline(files[1])
+    load(files[1])
 
 
 @needs_data

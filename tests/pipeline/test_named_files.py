@@ -17,9 +17,9 @@ from modalprep.pipeline.batch import grid
 from modalprep.pipeline.batch.grid import find_jobs, plan_jobs
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.settings import with_settings
-from modalprep.pipeline.build.sources import body_pipelines, needed_files, source_files
+from modalprep.pipeline.build.sources import needed_files, source_files
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema.base import DeckName, FileName, named_files
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 SYSTEM = "[simulation]\nt_end = 1.0\n[bodies.a]\nmass = 1.0\n"
@@ -120,8 +120,8 @@ def folders(tmp_path):
 
 
 def read_by(file):
-    pipeline = load_pipeline(file)
-    return {path.resolve() for path in (*source_files(file, pipeline), *body_pipelines(file, pipeline))}
+    source = load(file)
+    return {path.resolve() for path in (*source_files(source), *source.body_files)}
 
 
 @pytest.mark.parametrize(("keys", "kinds"), PLACES, ids=lambda value: ".".join(str(each) for each in value))
@@ -141,9 +141,9 @@ def test_every_file_is_found_from_a_grid(folders, keys, kinds):
         jobs += [job.file for job in find_jobs([str(file)], folders / "far" / "out")]
     for job in (changed, *jobs[:2]):
         assert own in read_by(job)
-        before = input_digests(job)
+        before = input_digests(load(job))
         own.write_text(own.read_text() + "# another\n")
-        assert input_digests(job) != before
+        assert input_digests(load(job)) != before
     assert all(other in read_by(job) and own not in read_by(job) for job in jobs[2:])
 
 
@@ -181,7 +181,7 @@ def test_pipelines_of_bodies_keep_their_own_files(folders):
     file, own = folders / "pipelines" / "job.toml", folders / "data" / "own.toml"
     file.write_text(SYSTEM + '[bodies.b]\npipeline = "../data/own.toml"\n[grid]\nname = ["a"]\n')
     (job,) = find_jobs([str(file)], folders / "far" / "out")
-    needed = [path.resolve() for path in needed_files(job.file)]
+    needed = [path.resolve() for path in needed_files(load(job.file))]
     assert needed == [job.file, own, folders / "data" / "m.msh"]
 
 
@@ -207,7 +207,7 @@ def test_absolute_names_stay_and_links_keep_their_names(folders):
     (folders / "pipelines" / "link.msh").symlink_to(folders / "data" / "0815")
     file, absolute = folders / "pipelines" / "job.toml", str(folders / "data" / "a.msh")
     file.write_text(f'[mesh]\nfile = "link.msh"\n[grid]\n"mesh.file" = ["link.msh", "{absolute}"]\n')
-    names = [load_pipeline(job.file).mesh.file for job in find_jobs([str(file)], folders / "out")]
+    names = [load(job.file).pipeline.mesh.file for job in find_jobs([str(file)], folders / "out")]
     assert names == ["../../pipelines/link.msh", absolute]
 
 
@@ -218,7 +218,7 @@ def test_combinations_that_are_invalid_fail_alone(folders):
     good, bad = find_jobs([str(file)], folders / "out")
     assert tomllib.loads(good.file.read_text())["mesh"]["file"] == "../../pipelines/a.msh"
     with pytest.raises(InputError, match="greater than or equal to 0"):
-        load_pipeline(bad.file)
+        load(bad.file)
 
 
 def test_names_are_text_for_whatever_takes_them():

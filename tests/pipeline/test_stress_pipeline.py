@@ -88,11 +88,11 @@ def test_other_points_make_the_body_again(job, tmp_path):
 
 def test_shipped_bracket_has_its_point_in_the_unit_of_the_mesh(project, bracket_model):
     from modalprep.pipeline.build.model import pipeline_stress, read_pipeline_mesh
-    from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.loaded import load
 
     path = project / "pipelines" / "bracket.toml"
-    pipeline = load_pipeline(path)
-    recovery = pipeline_stress(pipeline, read_pipeline_mesh(path, pipeline), bracket_model)
+    source = load(path)
+    recovery = pipeline_stress(source.pipeline, read_pipeline_mesh(source), bracket_model)
     (at,) = recovery.nodes
     assert at.name == "neck"
     assert np.linalg.norm(at.position + bracket_model.origin - [0.016, 0.012, 0]) < 1.5e-3  # half an element

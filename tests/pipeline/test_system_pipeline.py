@@ -9,7 +9,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.multibody.elements.hinge import CONSTANTS
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import simulate_pipeline
@@ -85,7 +85,7 @@ def folder(tmp_path):
 @pytest.fixture
 def system(folder):
     path = folder / "job.toml"
-    return read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    return read_system(load(path), None, Reporter(quiet=True))
 
 
 def test_hinge_elements(system):
@@ -124,7 +124,7 @@ def test_loads(system):
 def test_points_share_a_force(folder):
     path = folder / "job.toml"
     path.write_text(FILE.replace("box = [[2, -1, -1], [0.5, 1, 1]]", ""))
-    gust = read_system(load_pipeline(path), path, None, Reporter(quiet=True)).loads[1]
+    gust = read_system(load(path), None, Reporter(quiet=True)).loads[1]
     np.testing.assert_array_equal(gust.force, [[0, 3, 0], [0, 3, 0]])
 
 
@@ -242,5 +242,5 @@ def test_points_in_a_file_are_joined_as_it_says(tmp_path, how, most):
     table = "{ t = [0, 1, 1.01, 2, 2.01, 10], values = [0, 0, 10, 10, 0, 0]" + how + " }"
     path = tmp_path / "pulse.toml"
     path.write_text(PULSE.replace('"1000*exp(-((t - 5.0037)/0.01)**2)"', table))
-    torque = read_system(load_pipeline(path), path, None, Reporter(quiet=True)).joints[0].elements[0].drive
+    torque = read_system(load(path), None, Reporter(quiet=True)).joints[0].elements[0].drive
     assert max(torque(t)[0] for t in np.linspace(0, 10, 20001)) == pytest.approx(most, rel=1e-3)

@@ -48,8 +48,8 @@ LAYERS = {
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
-        "schema.reduction", "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures",
-        "drawn_runs", "run", "study", "batch", "init",
+        "schema.reduction", "schema.responses", "schema", "loaded", "build", "systems", "responses", "film", "view",
+        "pictures", "drawn_runs", "run", "study", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home

@@ -12,7 +12,7 @@ from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 
 
@@ -32,7 +32,7 @@ def system_of(text, folder):
     """System of the text of a pipeline file."""
     path = folder / "beam.toml"
     path.write_text(text)
-    return read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    return read_system(load(path), None, Reporter(quiet=True))
 
 
 def rest(system, t=0.0):

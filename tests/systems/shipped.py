@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import Simulated, simulate_pipeline
 
@@ -12,9 +12,8 @@ PIPELINES = Path(__file__).parents[2] / "pipelines"
 
 def shipped(name: str, folder: Path):
     """System and [simulation] of a pipeline file; bodies it needs are made in `folder`."""
-    path = PIPELINES / f"{name}.toml"
-    pipeline = load_pipeline(path)
-    return read_system(pipeline, path, folder, Reporter(quiet=True)), pipeline.simulation
+    source = load(PIPELINES / f"{name}.toml")
+    return read_system(source, folder, Reporter(quiet=True)), source.pipeline.simulation
 
 
 def run_shipped(name: str, folder: Path) -> Simulated:

@@ -44,13 +44,14 @@ def modes(
     reporter, browser = Reporter(quiet=as_json), find_browser() if pdf else None
     if file.suffix == ".toml":
         from modalprep.pipeline.batch.settings import with_settings
-        from modalprep.pipeline.build.described import page_inputs
+        from modalprep.pipeline.build.described import body_inputs
 
-        file, output = with_settings(file, settings or [], output)
-        refuse_shared_folders(file, output)
-        built = build_body(file, output_folder(file, output), reporter)
+        source, output = with_settings(file, settings or [], output)
+        file = source.path
+        refuse_shared_folders(source, output)
+        built = build_body(source, output_folder(file, output), reporter)
         body, checks, error = built.body, built.checks, built.error_curves
-        page, made = built.file.with_name(f"{built.file.stem}{MODES}"), page_inputs(file, built)
+        page, made = built.file.with_name(f"{built.file.stem}{MODES}"), body_inputs(source, built)
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body

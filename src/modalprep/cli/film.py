@@ -36,6 +36,6 @@ def film(
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.film import film_pipeline
 
-    changed, output = with_settings(file, settings or [], output)
+    source, output = with_settings(file, settings or [], output)
     reporter = Reporter()
-    reporter.wrote(film_pipeline(changed, target, run, output, reporter, positions, strip=strip))
+    reporter.wrote(film_pipeline(source, target, run, output, reporter, positions, strip=strip))

@@ -47,17 +47,16 @@ def run(
     from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import run_pipeline
-    from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.report.body_page.printing import find_browser, print_page
 
     reporter = Reporter(quiet=as_json or quiet)
-    file, output = with_settings(file, settings or [], output)
+    source, output = with_settings(file, settings or [], output)
     wanted = "--open" if show else "--pdf" if pdf else ""
-    if wanted and not (report and _has_page(load_pipeline(file))):
+    if wanted and not (report and _has_page(source.pipeline)):
         why = "it has neither a body nor a [simulation]" if report else "--no-report is given"
         raise InputError(f"{wanted}: this pipeline file makes no report page, as {why}; leave {wanted} out")
     browser = find_browser() if pdf else None
-    outcome = run_pipeline(file, output, reporter, pictures=pictures, report=report)
+    outcome = run_pipeline(source, output, reporter, pictures=pictures, report=report)
     pages = [path for path in reporter.files if path.suffix == ".html"]
     for page in pages if browser else ():
         reporter.wrote(print_page(page, browser))
@@ -69,7 +68,7 @@ def run(
         reporter.say(f"outputs are in {outcome.folder}")
     if show:
         open_page(pages[0], reporter)
-    end_with(outcome.verdict, reporter, file)
+    end_with(outcome.verdict, reporter, source.path)
 
 
 def _has_page(pipeline: Pipeline) -> bool:
@@ -94,11 +93,11 @@ def analyse(
     from modalprep.pipeline.systems.analysis import analyse_pipeline
 
     reporter = Reporter(quiet=as_json or quiet)
-    file, output = with_settings(file, settings or [], output)
-    found = analyse_pipeline(file, output, reporter)
+    source, output = with_settings(file, settings or [], output)
+    found = analyse_pipeline(source, output, reporter)
     if as_json:
         print_json(found.summary() | {"files": [str(f) for f in reporter.files]})
-    end_with(found.verdict, reporter, file)
+    end_with(found.verdict, reporter, source.path)
 
 
 @app.command()

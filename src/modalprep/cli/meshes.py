@@ -13,6 +13,7 @@ from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.loaded import Loaded
 
 
 @app.command()
@@ -75,11 +76,12 @@ def quality(
     from modalprep.report.check_tables import quality_table
 
     reporter = Reporter(quiet=as_json)
+    source = _loaded(file) if file.suffix == ".toml" else None
     if picture:
         from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 
-        refuse_overwriting([picture], needed_files(file) if file.suffix == ".toml" else [file])
-    mesh, found = _mesh_quality(file, length_unit)
+        refuse_overwriting([picture], needed_files(source) if source else [file])
+    mesh, found = _mesh_quality(source or file, length_unit)
     quality_table(found, reporter.console)
     for note in mesh.notes:
         reporter.say(f"note: {note}")
@@ -216,9 +218,15 @@ def _parameters(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _mesh_quality(file: Path, length_unit: str) -> tuple[Any, Any]:
+def _loaded(file: Path) -> Loaded:
+    from modalprep.pipeline.loaded import load
+
+    return load(file)
+
+
+def _mesh_quality(file: Path | Loaded, length_unit: str) -> tuple[Any, Any]:
     """Read and check a mesh; a pipeline file also says its units, its structural groups and its interfaces."""
-    if file.suffix == ".toml":
+    if not isinstance(file, Path):
         from modalprep.pipeline.build.model import pipeline_quality
 
         return pipeline_quality(file)

@@ -12,9 +12,9 @@ from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.loaded import Loaded
     from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.run import Outcome
-    from modalprep.pipeline.schema.pipeline import Pipeline
     from modalprep.pipeline.systems.systems import Simulated
 
 Target = Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")]
@@ -57,28 +57,27 @@ def simulate(
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.drawn_runs import plot_runs
     from modalprep.pipeline.run import Outcome, strength_sections
-    from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.pipeline.systems.page import page_of_run
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
     _refuse_options(animate, colour, vtu)
-    file, output = with_settings(file, settings or [], output)
-    pipeline, reporter = load_pipeline(file), Reporter(quiet=as_json or quiet)
+    source, output = with_settings(file, settings or [], output)
+    file, pipeline, reporter = source.path, source.pipeline, Reporter(quiet=as_json or quiet)
     if animate:
-        refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
+        refuse_overwriting([animate], [*needed_files(source), *([target] if target else [])])
     how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
-    done = simulate_pipeline(file, output, reporter, target=target, **how)
+    done = simulate_pipeline(source, output, reporter, target=target, **how)
     folder, asked = target.parent if target else output_folder(file, output), pipeline.require
     outcome = Outcome(folder, simulated=done, notes=list(done.notes), require=asked)
-    outcome.plots = plot_runs(file, pipeline, done, outcome.folder, reporter)
+    outcome.plots = plot_runs(source, done, outcome.folder, reporter)
     if pipeline.srs or pipeline.fatigue:
-        outcome.strength = _strength(file, pipeline, done, outcome.folder, reporter)
+        outcome.strength = _strength(source, done, outcome.folder, reporter)
         outcome.sections = strength_sections(outcome.strength)
         outcome.notes += outcome.strength.notes
-    _pictures(file, pipeline, outcome, (animate, colour, vtu), reporter)
+    _pictures(source, outcome, (animate, colour, vtu), reporter)
     if report:
         more = {"plots": outcome.plots, "film": outcome.film, "sections": outcome.sections}
-        page_of_run(file, pipeline, done, reporter, verdict=outcome.verdict, **more)
+        page_of_run(source, done, reporter, verdict=outcome.verdict, **more)
     if as_json:
         print_json(summary.simulation(outcome, reporter))
     else:
@@ -103,8 +102,7 @@ def _refuse_options(animate: Path | None, colour: str | None, vtu: Path | None) 
 
 
 def _pictures(
-    file: Path,
-    pipeline: Pipeline,
+    source: Loaded,
     outcome: Outcome,
     wanted: tuple[Path | None, str | None, Path | None],
     reporter: Reporter,
@@ -116,23 +114,24 @@ def _pictures(
     if animate:
         from modalprep.pipeline.film import draw_film
 
-        drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
+        drawn = source.pipeline.film
+        drawn = drawn if colour is None else drawn.model_copy(update={"colour": colour})
         outcome.film = reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
     else:
-        outcome.film = film_run(file, pipeline, done, outcome.folder, reporter, [])
+        outcome.film = film_run(source, done, outcome.folder, reporter, [])
     if vtu:
         _series(done, vtu, reporter)
 
 
-def _strength(file: Path, pipeline: Pipeline, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
+def _strength(source: Loaded, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
     """Compute shock spectra and damage of the run; those of responses are left to the command run."""
     from modalprep.pipeline.responses.strength import strength
 
-    tables = {**pipeline.srs, **pipeline.fatigue}
+    tables = {**source.pipeline.srs, **source.pipeline.fatigue}
     left = [name for name, table in tables.items() if table.response is not None]
     if left:
         reporter.say(f"  note: {', '.join(left)}: of a response, which modalprep run computes")
-    return strength(file, pipeline, {}, next(iter(done.runs.values())), folder, reporter)
+    return strength(source, {}, next(iter(done.runs.values())), folder, reporter)
 
 
 def _series(done: Simulated, target: Path, reporter: Reporter) -> None:

@@ -11,7 +11,7 @@ from modalprep.formats.resultfile import read_result
 from modalprep.pipeline.build.build import made_bodies
 from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.pictures.animation import check_target
 from modalprep.report.pictures.files import PICTURES
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def film_pipeline(
-    path: Path,
+    source: Loaded,
     target: Path | None,
     run: Path | None,
     output: Path | None,
@@ -45,16 +45,17 @@ def film_pipeline(
         When the machine cannot draw.
     """
     need("pyvista", PICTURE)
-    folder, pipeline = output_folder(path, output), load_pipeline(path)
+    path, pipeline = source.path, source.pipeline
+    folder = output_folder(path, output)
     if not (pipeline.simulation or run):
         raise InputError(f"{path} has no [simulation], so there is no run to draw; name one with --run")
     run, target = run or folder / f"{path.stem}-run.h5", target or folder / f"{path.stem}.webp"
     if target.suffix.lower() not in PICTURES:
         check_target(target)
         _refuse_strip(target, strip)
-    refuse_overwriting([target], [run, *needed_files(path), *made_bodies(path, output)])
+    refuse_overwriting([target], [run, *needed_files(source), *made_bodies(source, output)])
     result = read_result(run)
-    system = read_system(pipeline, path, output, reporter)
+    system = read_system(source, output, reporter)
     return draw_film(pipeline.film, system, result, target, positions, strip=strip)
 
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from modalprep.errors import RenderError
 from modalprep.extras import need
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.verdicts.notes import silent
 
 if TYPE_CHECKING:
@@ -104,7 +103,7 @@ class Outcome:
 
 
 def run_pipeline(
-    path: Path,
+    path: str | Path | Loaded,
     output: Path | None,
     reporter: Reporter,
     cache: Cache | None = None,
@@ -136,59 +135,60 @@ def run_pipeline(
     from modalprep.pipeline.build.sources import output_folder, refuse_shared_folders
     from modalprep.pipeline.pictures import pictures_beside
 
-    pipeline = load_pipeline(path)
-    refuse_shared_folders(path, output)
+    source = load(path)
+    path, pipeline = source.path, source.pipeline
+    refuse_shared_folders(source, output)
     if not pictures:
         pipeline = pipeline.model_copy(update={"output": pipeline.output.model_copy(update={"pictures": "none"})})
     if pipeline.joints or pipeline.simulation is not None:
         from modalprep.pipeline.systems.outline import refuse_before_work
 
-        refuse_before_work(pipeline, path)
+        refuse_before_work(source)
     if pipeline.srs:
         need("pyyeti", f"{path}: [srs]")
     if pipeline.response:
         from modalprep.pipeline.responses.respond import refuse_responses
 
-        refuse_responses(pipeline, path)
+        refuse_responses(source)
     asked = {"limits": pipeline.reduction.limits, "require": pipeline.require, "collect": pipeline.collect}
     outcome = Outcome(folder=output_folder(path, output), **asked)
     with silent(), pictures_beside(pipeline.output.pictures if pipeline.has_body else 0) as drawn:
         if pipeline.has_body:
-            _body(path, pipeline, outcome, reporter, cache)
+            _body(source, outcome, reporter, cache)
             drawn.begin(outcome.built.body, outcome.built.file)
-            _body_charts(path, pipeline, outcome, reporter)
-        _systems(path, pipeline, output, outcome, reporter)
+            _body_charts(source, outcome, reporter)
+        _systems(source, output, outcome, reporter)
         if outcome.built is not None:
-            _page(path, pipeline, outcome, reporter, drawn, report)
+            _page(source, outcome, reporter, drawn, report)
         if outcome.simulated is not None and report:
-            _run_page(path, pipeline, outcome, reporter)
+            _run_page(source, outcome, reporter)
     return outcome
 
 
-def _systems(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+def _systems(source: Loaded, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
     """Do what the file asks for after its body."""
-    if pipeline.sensitivities is not None:
-        _sensitivities(path, pipeline, outcome, reporter)
-    if pipeline.synthesis is not None:
-        _synthesis(path, pipeline, output, outcome, reporter)
-    if pipeline.analysis is not None:
+    if source.pipeline.sensitivities is not None:
+        _sensitivities(source, outcome, reporter)
+    if source.pipeline.synthesis is not None:
+        _synthesis(source, output, outcome, reporter)
+    if source.pipeline.analysis is not None:
         from modalprep.pipeline.systems.analysis import analyse_pipeline
 
-        outcome.analysed = analyse_pipeline(path, output, reporter)
+        outcome.analysed = analyse_pipeline(source, output, reporter)
         outcome.notes += outcome.analysed.notes
-    if pipeline.simulation is not None:
-        _simulation(path, pipeline, output, outcome, reporter)
-    if pipeline.srs or pipeline.fatigue:
-        _strength(path, pipeline, outcome, reporter)
+    if source.pipeline.simulation is not None:
+        _simulation(source, output, outcome, reporter)
+    if source.pipeline.srs or source.pipeline.fatigue:
+        _strength(source, outcome, reporter)
 
 
-def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
+def _body(source: Loaded, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
     from modalprep.pipeline.build.build import build_body
 
-    outcome.built = build_body(path, outcome.folder, reporter, cache)
+    outcome.built = build_body(source, outcome.folder, reporter, cache)
 
 
-def _body_charts(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _body_charts(source: Loaded, outcome: Outcome, reporter: Reporter) -> None:
     """Print, export and draw the body, and compute its responses."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.report.charts.mass_chart import effective_mass_plot
@@ -198,34 +198,34 @@ def _body_charts(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Rep
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     _tell(outcome.built.notes, outcome.notes, reporter)
-    for name in pipeline.output.export:
+    for name in source.pipeline.output.export:
         target = outcome.built.file.with_suffix(known_export(name).suffix)
         reporter.wrote(export_body(body, name, target))
         _tell((f"{target.name}: {text}" for text in lost_in(body, name)), outcome.notes, reporter)
-    outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{path.stem}-effective-mass.png")
+    outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{source.path.stem}-effective-mass.png")
     reporter.wrote(outcome.mass_plot)
-    if pipeline.response:
+    if source.pipeline.response:
         from modalprep.pipeline.responses.respond import respond
         from modalprep.report.body_page.responses import response_section
 
-        outcome.responses = respond(path, pipeline, body, outcome.folder, reporter)
+        outcome.responses = respond(source, body, outcome.folder, reporter)
         for found in outcome.responses:
             section = response_section(found.name, found.response, found.plot, found.cut, found.notch_plot)
             outcome.sections.append(section)
             _tell((f"response {found.name}: {note}" for note in found.response.notes), outcome.notes, reporter)
 
 
-def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _sensitivities(source: Loaded, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.atomic import write_table
     from modalprep.pipeline.build.sensitivity import pipeline_sensitivities
     from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_section, sensitivity_table
 
-    found = outcome.sensitivities = pipeline_sensitivities(path, pipeline)
+    found = outcome.sensitivities = pipeline_sensitivities(source)
     sensitivity_table(found, reporter.console)
     outcome.notes += found.notes
     rows, table, chart = (
         found.rows(),
-        *(outcome.folder / f"{path.stem}-sensitivities.{kind}" for kind in ("csv", "png")),
+        *(outcome.folder / f"{source.path.stem}-sensitivities.{kind}" for kind in ("csv", "png")),
     )
     reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], table))
     reporter.wrote(sensitivity_plot(found, chart))
@@ -238,42 +238,42 @@ def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
         reporter.note(note)
 
 
-def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+def _synthesis(source: Loaded, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.build.synthesis import strain_fractions, synthesise_pipeline
     from modalprep.pipeline.pictures import counted, not_drawn
     from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
 
-    found = outcome.synthesised = synthesise_pipeline(path, output, reporter)
+    found = outcome.synthesised = synthesise_pipeline(source, output, reporter)
     shares = strain_fractions(found.modes)
     synthesis_table(found.modes, shares, reporter.console, None if found.damping is None else found.damping.achieved)
     _tell(found.notes, outcome.notes, reporter)
-    reporter.wrote(strain_plot(found.modes, shares, outcome.folder / f"{path.stem}-strain-energy.png"))
-    count = counted(pipeline.output.pictures, len(found.modes.frequency))
+    reporter.wrote(strain_plot(found.modes, shares, outcome.folder / f"{source.path.stem}-strain-energy.png"))
+    count = counted(source.pipeline.output.pictures, len(found.modes.frequency))
     try:
-        pictures = draw_modes(found.modes, path.stem, outcome.folder, count)
+        pictures = draw_modes(found.modes, source.path.stem, outcome.folder, count)
     except RenderError as error:
         not_drawn(error, outcome.notes, reporter)
     else:
         reporter.files += pictures
-        reporter.say(f"  wrote {len(pictures)} mode pictures {path.stem}-system-mode-*.png")
+        reporter.say(f"  wrote {len(pictures)} mode pictures {source.path.stem}-system-mode-*.png")
 
 
-def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+def _simulation(source: Loaded, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.drawn_runs import film_run, plot_runs
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
-    outcome.simulated = simulate_pipeline(path, output, reporter)
+    outcome.simulated = simulate_pipeline(source, output, reporter)
     outcome.notes += outcome.simulated.notes
-    outcome.plots += plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
-    outcome.film = film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
+    outcome.plots += plot_runs(source, outcome.simulated, outcome.folder, reporter)
+    outcome.film = film_run(source, outcome.simulated, outcome.folder, reporter, outcome.notes)
 
 
-def _strength(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _strength(source: Loaded, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.responses.strength import strength
 
     run = next(iter(outcome.simulated.runs.values())) if outcome.simulated else None
     responses = {found.name: found.response for found in outcome.responses}
-    outcome.strength = strength(path, pipeline, responses, run, outcome.folder, reporter)
+    outcome.strength = strength(source, responses, run, outcome.folder, reporter)
     outcome.notes += outcome.strength.notes
     outcome.sections += strength_sections(outcome.strength)
 
@@ -286,8 +286,8 @@ def strength_sections(found: Strength) -> list[Section]:
     return [*shocks, *(fatigue_section(name, damage) for name, damage in found.fatigue.items())]
 
 
-def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, drawn: Pictures, report: bool) -> None:
-    from modalprep.pipeline.build.described import page_inputs
+def _page(source: Loaded, outcome: Outcome, reporter: Reporter, drawn: Pictures, report: bool) -> None:
+    from modalprep.pipeline.build.described import body_inputs
     from modalprep.report.body_page.convergence import convergence_section
     from modalprep.report.page import write_page
 
@@ -309,15 +309,15 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         sections=[*convergence, *outcome.sections],
-        inputs=page_inputs(path, built),
+        inputs=body_inputs(source, built),
         verdict=outcome.verdict,
     )
     reporter.wrote(page)
 
 
-def _run_page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _run_page(source: Loaded, outcome: Outcome, reporter: Reporter) -> None:
     """Write the page of the main run; its damage stands there where there is no page of a body."""
     from modalprep.pipeline.systems.page import page_of_run
 
     more = {"plots": outcome.plots, "film": outcome.film, "sections": [] if outcome.built else outcome.sections}
-    page_of_run(path, pipeline, outcome.simulated, reporter, verdict=outcome.verdict, **more)
+    page_of_run(source, outcome.simulated, reporter, verdict=outcome.verdict, **more)

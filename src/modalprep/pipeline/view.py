@@ -12,7 +12,7 @@ from modalprep.formats.modalfile import read_body
 from modalprep.formats.resultfile import read_result
 from modalprep.pipeline.build.sources import refuse_overwriting
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.view.page import view_body, view_mesh, view_run
 
@@ -78,7 +78,7 @@ def _view_run(file: Path, page: Path, pipeline: Path | None, output: Path | None
     result = read_result(file)
     source = pipeline or _pipeline_of(file)
     output = output or (file.parent.parent if file.parent.name == source.stem else None)
-    system = read_system(load_pipeline(source), source, output, reporter)
+    system = read_system(load(source), output, reporter)
     view_run(system, result, page, name=file.stem)
 
 

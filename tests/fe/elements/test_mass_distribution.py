@@ -16,7 +16,7 @@ from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Beam, Shell, Solid, Truss
 from modalprep.linalg.modes import lowest_modes
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.reduction.clamped import clamp
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
@@ -213,8 +213,8 @@ def test_a_pipeline_file_distributes_the_mass(tmp_path):
     for how, share in (("coupled", 1 / 3), ("lumped", 1 / 2), ("nastran", 1 / 2)):
         text = f'[mesh]\nfile = "bar.bdf"\nmass = "{how}"\n[interfaces.root]\nnode = 1\n'
         (tmp_path / "job.toml").write_text(text)
-        pipeline = load_pipeline(tmp_path / "job.toml")
-        model = assemble_pipeline(pipeline, read_pipeline_mesh(tmp_path / "job.toml", pipeline))
+        source = load(tmp_path / "job.toml")
+        model = assemble_pipeline(source.pipeline, read_pipeline_mesh(source))
         assert model.M.diagonal()[6] == pytest.approx(share * 160)
 
 

@@ -385,11 +385,11 @@ def test_pipeline_run(job, capsys):
 
 def test_pipeline_builds_again_when_a_matrix_changes(job):
     from modalprep.pipeline.build.inputs import inputs
-    from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.loaded import load
 
-    before = inputs(job, load_pipeline(job))
+    before = inputs(load(job))
     np.savez(job.parent / "model.npz", K=K, M=2 * M, nodes=POINTS)
-    after = inputs(job, load_pipeline(job))
+    after = inputs(load(job))
     assert before["mesh_sha256"] != after["mesh_sha256"]
 
 

@@ -10,7 +10,7 @@ import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section
 from modalprep.fe.properties.plausible import implausible_body, implausible_sections
 from modalprep.pipeline.build.model import read_pipeline_mesh
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 
 STEEL = {"E": 2.1e11, "nu": 0.3, "rho": 7850.0}
 
@@ -89,9 +89,10 @@ def test_bodies_that_are_right(size, mass, frequency):
 def test_shipped_pipelines_are_not_doubted(project):
     """No false alarm: the sections of every pipeline file with a mesh, by the size of the mesh."""
     for file in sorted((project / "pipelines").glob("*.toml")):
-        pipeline = load_pipeline(file)
+        source = load(file)
+        pipeline = source.pipeline
         if pipeline.mesh is not None:
-            mesh = read_pipeline_mesh(file, pipeline)
+            mesh = read_pipeline_mesh(source)
             materials = {name: table.build() for name, table in pipeline.materials.items()}
             sections = {name: table.build(materials) for name, table in pipeline.properties.items()}
             size = float(np.ptp(mesh.points, axis=0).max())

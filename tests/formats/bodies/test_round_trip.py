@@ -15,7 +15,7 @@ from modalprep.formats.bodies.read import FORMATS, NO_BODY
 from modalprep.formats.export import EXPORTS, PICTURES
 from modalprep.pipeline.build.build import build_body
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import system_of
 
 P_ALONE = {"mass integrals", "geometric stiffness of accelerations"}
@@ -83,10 +83,9 @@ def test_what_the_format_holds_comes_back(name, to, request, folder):
 
 
 def run(project, file, bodies, t_end):
-    path = project / "pipelines" / file
-    pipeline = load_pipeline(path)
-    step = pipeline.simulation.output_step
-    system = system_of(pipeline, path, bodies)
+    source = load(project / "pipelines" / file)
+    step = source.pipeline.simulation.output_step
+    system = system_of(source, bodies)
     return mp.simulate(system, t_end, output_step=step, rtol=3e-9).channels  # vibrations below the tolerance differ
 
 

@@ -7,7 +7,7 @@ import modalprep as mp
 from modalprep.multibody import Chain, SegmentedBeam
 from modalprep.multibody.model.chain import AXES
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 
 G = 9.81
@@ -92,7 +92,7 @@ def test_the_record_is_the_table(kind, tmp_path):
     text = f"length = 3.0\nsegments = 4\nmass_per_length = 1.5\n{BEAMS[kind]}\n"
     path = tmp_path / "beam.toml"
     path.write_text(f"[beams.spar]\n{text}[simulation]\nt_end = 1.0\n")
-    read = read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    read = read_system(load(path), None, Reporter(quiet=True))
     beam = SegmentedBeam(name="spar", **tomllib.loads(text))
     assert list(read.bodies) == list(beam.bodies)
     for name, body in beam.bodies.items():
@@ -116,7 +116,7 @@ def test_files_take_joints_in_turn(tmp_path):
         "[chains.rope]\ncount = 5\nsegment = { mass = 1.0, interfaces = { root = [0, 0, 0], tip = [1, 0, 0] } }\n"
         'joint = [{ type = "revolute" }, { type = "revolute", axis = [0, 1, 0] }]\n[simulation]\nt_end = 1.0\n'
     )
-    system = read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    system = read_system(load(path), None, Reporter(quiet=True))
     assert [joint.axis.tolist() for joint in system.joints] == [AXES[k % 2].tolist() for k in range(5)]
 
 

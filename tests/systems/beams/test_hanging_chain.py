@@ -10,6 +10,7 @@ from systems.shipped import PIPELINES, run_shipped
 
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.read import read_system
 
@@ -26,7 +27,9 @@ def hanging(count):
     path = PIPELINES / "hanging-chain.toml"
     data = tomllib.loads(path.read_text())
     data["chains"]["chain"] |= {"count": count, "first": {"start": {"angle": "90 deg"}}}
-    return read_system(Pipeline.model_validate(data).with_chains(), path, None, Reporter(quiet=True)), 0.05 * count
+    return read_system(
+        Loaded(path, Pipeline.model_validate(data).with_chains()), None, Reporter(quiet=True)
+    ), 0.05 * count
 
 
 @pytest.mark.parametrize("count", [1, 5, 10])

@@ -320,11 +320,11 @@ PENDULUM = {
 def test_flexible_pendulum():
     """Within 2 % of the length, and within 0.5 % before the whip at 0.6 s."""
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.loaded import load
     from modalprep.pipeline.systems.read import read_system
 
     path = PIPELINES / "flexible-pendulum.toml"
-    system = read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    system = read_system(load(path), None, Reporter(quiet=True))
     run = mp.simulate(system, t_end=1.0, output_step=0.1, rtol=1e-6)
     for t, expected in PENDULUM.items():
         tip = run["rope40.tip.position"][round(10 * t), :2]

@@ -10,7 +10,7 @@ from systems.shipped import PIPELINES, run_shipped, shipped
 
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 
 SEGMENTS = 12
@@ -38,7 +38,7 @@ def segmented(folder):
     }  # fmt: skip
     made = folder / "segments.toml"
     made.write_text(tomli_w.dumps(tables))
-    return read_system(load_pipeline(made), made, folder, Reporter(quiet=True))
+    return read_system(load(made), folder, Reporter(quiet=True))
 
 
 def published(system):

@@ -7,7 +7,7 @@ from systems.shipped import PIPELINES, run_shipped, shipped
 
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.read import read_system
 
 
@@ -142,5 +142,5 @@ def test_bending_modes_are_damped_where_the_nozzle_acts(tmp_path):
         text = text.replace(f"stage.tail.{what}", f"stage.nose.{what}")
     path = tmp_path / "moved.toml"
     path.write_text(text)
-    other = read_system(load_pipeline(path), path, tmp_path, Reporter(quiet=True))
+    other = read_system(load(path), tmp_path, Reporter(quiet=True))
     assert mp.system_modes(other, t=5.0).eigenvalue.real.max() > 0.1

@@ -8,7 +8,7 @@ from systems.shipped import PIPELINES, run_shipped
 from modalprep.multibody.analysis.spin import spin_modes
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.pipeline.systems.systems import simulate_pipeline
 from modalprep.reduction.clamped import clamp
 from modalprep.vectors import skew
@@ -25,17 +25,16 @@ def spun(tmp_path_factory):
 @pytest.fixture(scope="module")
 def mesh():
     """Stiffness, mass, gyroscopic matrix, load of the whole clamped mesh in steady spin; a corner's row; moved mass."""
-    path = PIPELINES / "shell-and-solid.toml"
-    pipeline = load_pipeline(path)
-    model = assemble_pipeline(pipeline, read_pipeline_mesh(path, pipeline))
+    source = load(PIPELINES / "shell-and-solid.toml")
+    model = assemble_pipeline(source.pipeline, read_pipeline_mesh(source))
     held, w = clamp(model), skew(SPIN)
-    W, load = w @ w, -np.einsum("ab,nab->n", w @ w, model.h)
+    W, centrifugal = w @ w, -np.einsum("ab,nab->n", w @ w, model.h)
     rows = model.C[:, held.i]
-    static = rows @ held.factor.solve(rows.T @ load)
+    static = rows @ held.factor.solve(rows.T @ centrifugal)
     moving = sum(W[a, b] * model.M_ab[a, b] for a in range(3) for b in range(3) if W[a, b])
     arms = model.rotating_mass(np.concatenate([np.zeros(3), W.ravel()]))
     gyroscopic = 2 * sum(w[a, b] * model.M_ab[a, b] for a in range(3) for b in range(3) if w[a, b])
-    stiffness = held.K_ii + rows.T @ (model.geometric_stiffness(static, load) + arms + moving) @ rows
+    stiffness = held.K_ii + rows.T @ (model.geometric_stiffness(static, centrifugal) + arms + moving) @ rows
     frame = next(frame for frame in model.interfaces if frame.name == "free_corner")
     corner = np.flatnonzero(np.linalg.norm(model.points - frame.position, axis=1) < 1e-9)[0]
     place = rows[[model.dof[corner, 2]]].toarray()[0]
@@ -48,7 +47,7 @@ def mesh():
         M = modes.T @ (held.M_ii @ modes)
         return M + A + A.T + A.T @ np.linalg.solve(M, A)
 
-    own = stiffness.toarray(), held.M_ii.toarray(), (rows.T @ gyroscopic @ rows).toarray(), rows.T @ load, place
+    own = stiffness.toarray(), held.M_ii.toarray(), (rows.T @ gyroscopic @ rows).toarray(), rows.T @ centrifugal, place
     return *own, moved
 
 

@@ -9,6 +9,7 @@ from systems.shipped import PIPELINES, run_shipped
 
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.read import read_system
 
@@ -44,7 +45,7 @@ def towed(count):
     segment["inertia"] = [0.0, *[segment["inertia"][1] * ratio**3] * 2]
     segment["centre"], segment["interfaces"]["tip"] = [5 * ratio, 0.0, 0.0], [10 * ratio, 0.0, 0.0]
     data["forces"]["weight"]["at"] = f"cable{count}.tip"
-    return read_system(Pipeline.model_validate(data).with_chains(), path, None, Reporter(quiet=True))
+    return read_system(Loaded(path, Pipeline.model_validate(data).with_chains()), None, Reporter(quiet=True))
 
 
 def steady(count):

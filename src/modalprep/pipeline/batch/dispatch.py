@@ -14,6 +14,7 @@ from modalprep.pipeline.batch.keep import Keeper
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.order import Order
 from modalprep.pipeline.batch.task import JobTask
+from modalprep.pipeline.loaded import load
 from modalprep.workers.cluster import Cluster
 from modalprep.workers.processes import Processes
 from modalprep.workers.scheduler import Scheduler
@@ -89,6 +90,6 @@ def dispatch(order: Order, team: Team, keeper: Keeper, progress: Progress, *, fa
 def _inputs(job: Job) -> dict[str, str] | None:
     """Return the hashes of the files that a job reads; None where its pipeline file cannot be read, which it says."""
     try:
-        return input_digests(job.file)
+        return input_digests(load(job.file))
     except InputError:
         return None

@@ -17,7 +17,8 @@ from pydantic import ValidationError
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
-from modalprep.pipeline.build.sources import body_pipelines, mark_source, refuse_shared, relative, source_files
+from modalprep.pipeline.build.sources import mark_source, refuse_shared, relative, source_files
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import first_message, named_files
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -102,7 +103,8 @@ def _needs(file: Path, pipeline: Pipeline | None) -> Needs:
     """Return what a job with the tables of a file needs."""
     if pipeline is None:
         return Needs()
-    named = body_pipelines(file, pipeline), source_files(file, pipeline)
+    source = Loaded(file, pipeline)
+    named = source.body_files, source_files(source)
     return Needs(pipeline.reduction.modes, *(tuple(path.resolve() for path in paths) for paths in named))
 
 

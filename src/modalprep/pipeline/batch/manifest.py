@@ -10,14 +10,15 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.fe.readers.digest import mesh_digest
 from modalprep.pipeline.batch.job import DONE, Job, Record
-from modalprep.pipeline.build.sources import pipelines_of, relative, source_files
+from modalprep.pipeline.build.sources import relative, source_files
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import DeckName, named_files
 from modalprep.program import file_digest
 
 HEAD = {"format": "modalprep job", "version": 1}
 
 
-def input_digests(path: Path) -> dict[str, str]:
+def input_digests(source: Loaded) -> dict[str, str]:
     """Return the hash of each file that a pipeline file needs, itself and the pipelines of its bodies included.
 
     Files are named relative to the pipeline file's folder. The hash of a deck is that of the files that it includes,
@@ -29,12 +30,12 @@ def input_digests(path: Path) -> dict[str, str]:
         When one of the pipeline files cannot be read.
     """
     found: dict[str, str] = {}
-    for file, pipeline in pipelines_of(path).items():
-        found[relative(file, path.parent)] = file_digest(file)
-        decks = {file.parent / name for _, name in named_files(pipeline) if isinstance(name, DeckName)}
-        for source in source_files(file, pipeline):
-            digest = mesh_digest if source in decks else file_digest
-            found[relative(source, path.parent)] = digest(source)
+    for each in source.files:
+        found[relative(each.path, source.folder)] = file_digest(each.path)
+        decks = {each.folder / name for _, name in named_files(each.pipeline) if isinstance(name, DeckName)}
+        for file in source_files(each):
+            digest = mesh_digest if file in decks else file_digest
+            found[relative(file, source.folder)] = digest(file)
     return found
 
 
@@ -55,7 +56,7 @@ def finished(job: Job, program: dict[str, str]) -> Record | None:
     try:
         record = json.loads(job.manifest.read_text())
         good = record["format"] == HEAD["format"] and record["status"] == DONE and record["program"] == program
-        good = good and record["inputs"] == input_digests(job.file)
+        good = good and record["inputs"] == input_digests(load(job.file))
         outputs = {name: file_digest(job.folder / name) for name in record["outputs"]} if good else {}
         whole = good and outputs == record["outputs"]
         return {key: value for key, value in record.items() if key not in HEAD} if whole else None

@@ -13,18 +13,19 @@ from modalprep.errors import InputError
 from modalprep.pipeline.batch.grid import combined, moved, validated, write_job
 from modalprep.pipeline.batch.job import Job
 from modalprep.pipeline.build.sources import mark_source, refuse_shared
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.load import read_toml
 
 
-def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> tuple[Path, Path | None]:
-    """Write the pipeline file with other values into its output folder; return it and the folder of the outputs.
+def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> tuple[Loaded, Path | None]:
+    """Read a pipeline file, or write and read it with other values; return it and the folder of the outputs.
 
     Parameters
     ----------
     file : Path
     settings : sequence of str
         ``KEY=VALUE`` with the dots of tables in the key, and a value as TOML writes it; text may go without quotes.
-        Without any, the file and the folder are returned as they are.
+        With some, the file goes into its output folder.
     output : Path or None
         Folder of the outputs, by default ``output`` beside the file.
 
@@ -34,7 +35,7 @@ def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> t
         When a setting is not ``KEY=VALUE``, a key is given twice, or it passes through what is no table.
     """
     if not settings:
-        return file, output
+        return load(file), output
     output = output or file.parent / "output"
     job = Job(output / file.stem / f"{file.stem}.toml", output)
     if job.file.resolve() == file.resolve():
@@ -45,7 +46,7 @@ def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> t
     said = "\n".join(f"# --set {setting}" for setting in settings)
     data = moved(data, validated(data)[0], file.parent, job.folder)
     write_job(job, f"# {file.name} with other values:\n{said}\n{tomli_w.dumps(data)}")
-    return job.file, output
+    return load(job.file), output
 
 
 def _parsed(settings: Sequence[str]) -> dict[str, Any]:

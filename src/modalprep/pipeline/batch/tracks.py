@@ -16,7 +16,7 @@ from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.batch.batch import Batch
 from modalprep.pipeline.batch.job import Job
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.loaded import load
 from modalprep.suggest import refuse_unknown
 
 POINTS = 3000  # points of the mesh at which shapes are compared, evenly chosen
@@ -46,7 +46,7 @@ def grids(batch: Batch, boundary: str) -> list[list[Job]]:
 def _makes_body(jobs: Sequence[Job]) -> bool:
     for job in jobs:
         try:
-            return load_pipeline(job.file).has_body
+            return load(job.file).pipeline.has_body
         except InputError:
             continue
     return False

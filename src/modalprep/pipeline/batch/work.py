@@ -19,6 +19,7 @@ from modalprep.pipeline.batch.job import DONE, Job, Record, Setting, failure
 from modalprep.pipeline.batch.manifest import finished, input_digests, output_digests, write_manifest
 from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.run import run_pipeline
 from modalprep.pipeline.study.quantities import quantities
 from modalprep.program import program
@@ -91,8 +92,8 @@ def _writing(log: Path) -> Iterator[TextIO]:
 
 def _logged(job: Job, cache: Cache | None) -> Record:
     try:
-        inputs, reporter = _inputs(job), Reporter()
-        outcome = run_pipeline(job.file, job.output, reporter, cache)
+        (source, inputs), reporter = _seen(job), Reporter()
+        outcome = run_pipeline(source, job.output, reporter, cache)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
         record |= {"verdict": outcome.verdict.summary(), "quantities": quantities(outcome)}
@@ -110,8 +111,8 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         return failure(job, f"{type(error).__name__}: {_message(error)} (see its log: {job.log})", error)
 
 
-def _inputs(job: Job) -> dict[str, str]:
-    """Return the hashes of the files that a job reads.
+def _seen(job: Job) -> tuple[Loaded, dict[str, str]]:
+    """Return the pipeline file of a job, and the hashes of the files that it reads.
 
     Raises
     ------
@@ -119,7 +120,7 @@ def _inputs(job: Job) -> dict[str, str]:
         When this worker sees another file than the machine that gave the job.
     """
     end = time.monotonic() + PATIENCE
-    while (found := input_digests(job.file)) != (wanted := job.inputs or found):
+    while (found := input_digests(source := load(job.file))) != (wanted := job.inputs or found):
         if time.monotonic() > end:
             names = [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
             raise InputError(
@@ -127,7 +128,7 @@ def _inputs(job: Job) -> dict[str, str]:
                 "put it into a folder that both share"
             )
         time.sleep(PAUSE)
-    return found
+    return source, found
 
 
 def _message(error: BaseException) -> str:

@@ -16,18 +16,18 @@ from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.build.inputs import inputs
-from modalprep.pipeline.build.sources import mark_source, output_folder, pipelines_of, refuse_overwriting, source_files
+from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_overwriting, source_files
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.changing import LevelTable
-from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
+from modalprep.pipeline.schema.pipeline import BodyTable
 from modalprep.vectors import inertia_tensor
 from modalprep.verdicts.notes import warnings_of
 
 
-def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
+def build_body(path: str | Path | Loaded, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
     """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``; parts may come from a cache.
 
     Raises
@@ -39,78 +39,78 @@ def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None
     """
     from modalprep.pipeline.build.compute import compute_body  # what computes is not imported where a body is read
 
-    pipeline, file = _body_pipeline(path), folder / f"{path.stem}.h5"
-    exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(pipeline.output.export))
-    refuse_overwriting({file, *exports}, source_files(path, pipeline))
+    source = _with_body(load(path))
+    file = folder / f"{source.path.stem}.h5"
+    exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(source.pipeline.output.export))
+    refuse_overwriting({file, *exports}, source_files(source))
     if cache is None:
-        built = compute_body(path, pipeline, file, reporter, None)
+        built = compute_body(source, file, reporter, None)
     else:
-        built = _cached(path, pipeline, file, reporter, cache)
-    mark_source(folder, path)
+        built = _cached(source, file, reporter, cache)
+    mark_source(folder, source.path)
     return built
 
 
-def _cached(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache) -> Built:
+def _cached(source: Loaded, file: Path, reporter: Reporter, cache: Cache) -> Built:
     """Return the body of a pipeline file from the cache, or compute it and put it there."""
     from modalprep.pipeline.build.compute import compute_body
 
-    with naming(path):
-        given = inputs(path, pipeline)
-        key = body_key(cache, pipeline.name or path.stem, given)
+    with naming(source.path):
+        given = inputs(source)
+        key = body_key(cache, source.body_name, given)
     found = recall_body(cache, key, file, given)
     if found is not None:
-        reporter.say(f"{path.name}: modal body from the cache")
+        reporter.say(f"{source.path.name}: modal body from the cache")
         reporter.wrote(file)
         return found
     start = time.perf_counter()
-    built = compute_body(path, pipeline, file, reporter, cache)
+    built = compute_body(source, file, reporter, cache)
     store_body(cache, key, built, time.perf_counter() - start)
     return built
 
 
-def made_bodies(path: Path, output: Path | None) -> list[Path]:
+def made_bodies(source: Loaded, output: Path | None) -> list[Path]:
     """Return the modal files that a pipeline file and the pipelines of its bodies make."""
-    made = [file for file, pipeline in pipelines_of(path).items() if pipeline.has_body]
+    made = [file.path for file in source.files if file.pipeline.has_body]
     return [output_folder(file, output) / f"{file.stem}.h5" for file in made]
 
 
-def current_body(path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
+def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> FlexibleBody:
     """Return the body of a pipeline file, built again only when its inputs changed."""
-    pipeline, folder = load_pipeline(path), output_folder(path, output)
-    file = folder / f"{path.stem}.h5"
+    folder = output_folder(source.path, output)
+    file = folder / f"{source.path.stem}.h5"
     try:
-        body, wanted = read_body(file), inputs(path, pipeline)
+        body, wanted = read_body(file), inputs(source)
         if wanted.items() <= body.provenance.items():
             return body
     except InputError:
         pass
-    built = build_body(path, folder, reporter)
+    built = build_body(source, folder, reporter)
     for note in warnings_of(built.notes):
         reporter.note(note)
     return built.body
 
 
-def stand_in(path: Path) -> FlexibleBody:
+def stand_in(source: Loaded) -> FlexibleBody:
     """Return a body with the interfaces of that of a pipeline file, by which names are checked early.
 
     It is rigid, unless the body need not be computed.
     """
-    pipeline = _body_pipeline(path)
+    pipeline = _with_body(source).pipeline
     if pipeline.body is not None:
-        return read_supplied(path, pipeline.body)
+        return read_supplied(source.path, pipeline.body)
     names = sorted(pipeline.interfaces or ["root"], key=lambda name: name != pipeline.reduction.root)
     ends = {name: np.array([k, 0.0, 0.0]) for k, name in enumerate(names)}
-    return rigid_body(pipeline.name or path.stem, mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces=ends)
+    return rigid_body(source.body_name, mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces=ends)
 
 
-def _body_pipeline(path: Path) -> Pipeline:
-    pipeline = load_pipeline(path)
-    if not pipeline.has_body:
-        raise InputError(f"{path} has no [mesh] or [matrices] and no [body]: there is no body to build")
-    return pipeline
+def _with_body(source: Loaded) -> Loaded:
+    if not source.pipeline.has_body:
+        raise InputError(f"{source.path} has no [mesh] or [matrices] and no [body]: there is no body to build")
+    return source
 
 
-def read_bodies(pipeline: Pipeline, path: Path, build: Callable[[Path], FlexibleBody]) -> dict[str, FlexibleBody]:
+def read_bodies(source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> dict[str, FlexibleBody]:
     """Return the bodies of a pipeline file: those of [bodies] and that of its own [mesh].
 
     Parameters
@@ -120,25 +120,27 @@ def read_bodies(pipeline: Pipeline, path: Path, build: Callable[[Path], Flexible
     """
     made: dict[object, FlexibleBody] = {}  # by pipeline file, else by table, which the segments of a chain share
     bodies = {}
-    for name, table in pipeline.bodies.items():
-        source = table.pipeline or id(table)
-        if source not in made:
-            made[source] = _body(name, table, path, build)
-        bodies[name] = made[source]
-    if pipeline.has_body:
-        name = pipeline.name or path.stem
+    for name, table in source.pipeline.bodies.items():
+        origin = table.pipeline or id(table)
+        if origin not in made:
+            made[origin] = _body(name, table, source, build)
+        bodies[name] = made[origin]
+    if source.pipeline.has_body:
+        name = source.body_name
         if name in bodies:
-            raise InputError(f"{path}: body {name!r} is made by [mesh] and named again under [bodies]; rename one")
-        bodies[name] = build(path)
+            raise InputError(
+                f"{source.path}: body {name!r} is made by [mesh] and named again under [bodies]; rename one"
+            )
+        bodies[name] = build(source)
     return bodies
 
 
-def _body(name: str, table: BodyTable, path: Path, build: Callable[[Path], FlexibleBody]) -> FlexibleBody:
+def _body(name: str, table: BodyTable, source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> FlexibleBody:
     if table.mass is not None:
         return read_rigid(name, table, table.interfaces)
     if table.file is not None:
-        return read_supplied(path, table)
-    return build(path.parent / str(table.pipeline))
+        return read_supplied(source.path, table)
+    return build(source.of_body(str(table.pipeline)))
 
 
 def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, Vector]) -> FlexibleBody:

@@ -14,9 +14,8 @@ from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery,
 from modalprep.pipeline.build.reduce import reduce_model
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.supplied.uncertainty import check_spin, knowledge
 
 
@@ -44,22 +43,23 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
         raise InputError(f"{path.name} has no mesh to compute strain energy from; give its pipeline file")
     if path.suffix != ".toml":
         return _report(path.name, read_body(path, checked=False), speed)
-    pipeline = load_pipeline(path)
+    source = load(path)
+    pipeline = source.pipeline
     if not pipeline.has_body:
         raise InputError(f"{path} has no [mesh] or [matrices] and no [body]: give the modal files of its bodies")
     if pipeline.body is not None:
-        return _report(path.name, _supplied(path, pipeline, energy), speed)
+        return _report(path.name, _supplied(source, energy), speed)
     if speed is not None:
         raise InputError(f"{path.name}: --speed is for a body that was read in reduced form")
     with naming(path), reporter.progress(f"{path.name}: body against its mesh", 4, stage="assembly") as done:
-        mesh = read_pipeline_mesh(path, pipeline)
+        mesh = read_pipeline_mesh(source)
         model = assemble_pipeline(pipeline, mesh)
         done(1, "reduction")
         recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, _ = reduce_model(pipeline, mesh, model, recovery=recovery)
         done(2, "modal body")
         taken = pipeline.reduction.second_order_mass
-        body = flexible_body(model, reduction, name=pipeline.name or path.stem, second_order_mass=taken)
+        body = flexible_body(model, reduction, name=source.body_name, second_order_mass=taken)
         done(3, "checks")
         checks = (*check_model(model), *check_body(body), *check_projection(model, reduction, body))
         checks = (*checks, *(check_buckling(model, body) if body.has_geometric_stiffness else ()))
@@ -68,11 +68,11 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
     return CheckReport(subject=path.name, checks=checks)
 
 
-def _supplied(path: Path, pipeline: Pipeline, energy: bool) -> FlexibleBody:
+def _supplied(source: Loaded, energy: bool) -> FlexibleBody:
     if energy:
-        raise InputError(f"{path.name} has no mesh to compute strain energy from; leave out --energy")
-    with naming(path):
-        return read_supplied(path, pipeline.body)
+        raise InputError(f"{source.path.name} has no mesh to compute strain energy from; leave out --energy")
+    with naming(source.path):
+        return read_supplied(source.path, source.pipeline.body)
 
 
 def _report(subject: str, body: FlexibleBody, speed: float | None) -> CheckReport:

@@ -21,8 +21,8 @@ from modalprep.pipeline.build.reduce import asked_loads, implausible_ratios, red
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.basis import held_mass
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.recoveries.convergence import recovery_convergence
@@ -30,7 +30,7 @@ from modalprep.reduction.recoveries.convergence import recovery_convergence
 FELT = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)
 
 
-def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
+def compute_body(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
     """Return the body of a pipeline file and write it; parts may come from a cache.
 
     Raises
@@ -38,8 +38,8 @@ def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter,
     AccuracyError
         When a physics check fails; nothing is written then.
     """
-    make = _supplied if pipeline.body else _reduced
-    made = make(path, pipeline, file, reporter, cache)
+    make = _supplied if source.pipeline.body else _reduced
+    made = make(source, file, reporter, cache)
     failed = [check for check in made.checks if not check.passed]
     if failed:
         first = failed[0]
@@ -48,17 +48,18 @@ def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter,
             "use rbe2 for stiff parts"
         )
         raise AccuracyError(
-            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
-            + ("ask for a file with more digits" if pipeline.body else advice)
+            f"{source.path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
+            + ("ask for a file with more digits" if source.pipeline.body else advice)
         )
     reporter.wrote(write_body(made.body, file))
     return made
 
 
-def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
+def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
     """Return the body of a mesh or of matrices."""
+    path, pipeline = source.path, source.pipeline
     with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5, stage="reading the mesh") as done:
-        mesh = read_pipeline_mesh(path, pipeline)
+        mesh = read_pipeline_mesh(source)
         done(1, "assembly")
         model, quality = checked_model(pipeline, mesh)
         done(2, "reduction")
@@ -66,9 +67,8 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache), recovery)
         done(4, "modal body")
-        name = pipeline.name or path.stem
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
-        body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
+        body = flexible_body(model, reduction, name=source.body_name, **wanted, provenance=inputs(source))
         damping = target_damping(pipeline.reduction.damping)
         body = body.with_(D=modal_damping(body, damping), modes=body.modes.with_(held=held_mass(model)))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
@@ -77,7 +77,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
     for text in _slower(model.K.shape[0]):
         reporter.note(text)
     body = body.with_(notes=(*body.notes, *missing_mass(body), *implausible_ratios(damping)))
-    followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, asked_loads(pipeline, body, path))
+    followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, asked_loads(source, body))
     return Built(body, file, checks, error, tables, followed)
 
 
@@ -87,12 +87,12 @@ def _slower(unknowns: int) -> list[str]:
     return [why] if why else []
 
 
-def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
+def _supplied(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
     """Return the body that a file holds, reduced already."""
-    table = pipeline.body
+    path, table = source.path, source.pipeline.body
     with naming(path), reporter.progress(f"{path.name}: {table.file} to modal body", 1) as done:
         body = read_supplied(path, table)
-        body = body.with_(name=pipeline.name or path.stem, provenance=body.provenance | inputs(path, pipeline))
+        body = body.with_(name=source.body_name, provenance=body.provenance | inputs(source))
         damping = 0.0 if table.damping is None else target_damping(table.damping)
         if table.damping is not None:
             body = body.with_(D=modal_damping(body, damping))

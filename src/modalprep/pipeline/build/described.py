@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import platform
 from collections.abc import Mapping
-from dataclasses import fields
-from pathlib import Path
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -20,10 +17,10 @@ from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Truss
 from modalprep.fe.quality.quality import Quality
 from modalprep.formats.hdf5 import stated_checksum
 from modalprep.pipeline.build.built import Built
+from modalprep.pipeline.build.inputs import page_inputs
 from modalprep.pipeline.build.model import pipeline_node_sets, pipeline_sections
-from modalprep.pipeline.build.sources import needed_files
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.program import file_digest, program
 from modalprep.report.body_page.inputs import Inputs
 from modalprep.report.body_page.table import Table, written
 
@@ -39,17 +36,10 @@ NSM = {Beam: "kg/m", Truss: "kg/m", Shell: "kg/m²"}
 HIDDEN = ("material", "plies", "bending_material", "shear_material", "fibres", "taper")  # said otherwise
 
 
-def page_inputs(path: Path, built: Built) -> Inputs:
+def body_inputs(source: Loaded, built: Built) -> Inputs:
     """Return what the page of the body of a pipeline file says of its inputs and of the program that made it."""
-    files = {os.path.relpath(file, path.parent): file_digest(file) for file in needed_files(path) if file.is_file()}
-    files |= {f"{built.file.name}, of its contents": stated_checksum(built.file)}
-    return Inputs(
-        tables=built.tables.model,
-        energies=built.tables.energies,
-        text=path.read_text(encoding="utf-8"),
-        files=files,
-        made=program() | {"host": platform.node(), "system": platform.platform()},
-    )
+    found = page_inputs(source, {f"{built.file.name}, of its contents": stated_checksum(built.file)})
+    return replace(found, tables=built.tables.model, energies=built.tables.energies)
 
 
 def model_tables(pipeline: Pipeline, mesh: Mesh, model: FEModel, quality: Quality | None) -> list[Table]:

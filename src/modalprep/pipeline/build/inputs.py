@@ -4,38 +4,61 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import platform
+from collections.abc import Mapping
 from pathlib import Path
 
 from modalprep import __version__
 from modalprep.fe.readers.digest import matrices_digest, mesh_digest
+from modalprep.pipeline.build.sources import needed_files
 from modalprep.pipeline.build.supplied import supplied_digest
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import named_files
-from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.program import file_digest, program
+from modalprep.report.body_page.inputs import Inputs
 
 
-def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
+def inputs(source: Loaded) -> dict[str, str]:
     """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    made_of = ("mesh", "matrices", "materials", "properties", "connections", "supports")
+    pipeline, made_of = source.pipeline, ("mesh", "matrices", "materials", "properties", "connections", "supports")
     parts = {"name", *made_of, "interfaces", "stress", "recovery", "loads", "reduction"}
     parts |= {"body"} if pipeline.body else set()
     options = json.dumps(pipeline.model_dump(include=parts), sort_keys=True)
     return {
-        "pipeline": path.name,
-        "mesh_sha256": source_digest(path, pipeline),
+        "pipeline": source.path.name,
+        "mesh_sha256": source_digest(source),
         "options_sha256": hashlib.sha256(options.encode()).hexdigest(),
         "program": f"modalprep {__version__}",
     }
 
 
-def source_digest(path: Path, pipeline: Pipeline) -> str:
+def source_digest(source: Loaded) -> str:
     """Return the hash of the files that define the body; empty without a body."""
+    pipeline = source.pipeline
     if pipeline.matrices is not None:
-        return matrices_digest(matrix_files(path, pipeline).values())
+        return matrices_digest(matrix_files(source).values())
     if pipeline.body is not None:
-        return supplied_digest(path, pipeline.body)
-    return mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
+        return supplied_digest(source.path, pipeline.body)
+    return mesh_digest(source.folder / pipeline.mesh.file) if pipeline.mesh else ""
 
 
-def matrix_files(path: Path, pipeline: Pipeline) -> dict[str, Path]:
+def matrix_files(source: Loaded) -> dict[str, Path]:
     """Return the files of the matrices by their keys in the pipeline file."""
-    return {str(keys[-1]): path.parent / name for keys, name in named_files(pipeline.matrices)}
+    return {str(keys[-1]): source.folder / name for keys, name in named_files(source.pipeline.matrices)}
+
+
+def page_inputs(source: Loaded, made: Mapping[str, str]) -> Inputs:
+    """Return what a page says of the files that its results were made of, and of the program that made them.
+
+    Parameters
+    ----------
+    made : {name: hash}
+        Of files with results.
+    """
+    needed = (file for file in needed_files(source) if file.is_file())
+    return Inputs(
+        text=source.text,
+        files={os.path.relpath(file, source.folder): file_digest(file) for file in needed} | dict(made),
+        made=program() | {"host": platform.node(), "system": platform.platform()},
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,22 +20,22 @@ from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import read_mesh
 from modalprep.fe.recovery.recover import ModelRecovery, Recover, model_recovery
 from modalprep.pipeline.build.inputs import matrix_files
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 
-def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
-    """Read the mesh, or the nodes with their matrices, that the pipeline file at `path` names."""
-    table = pipeline.mesh
+def read_pipeline_mesh(source: Loaded) -> Mesh:
+    """Read the mesh, or the nodes with their matrices, that a pipeline file names."""
+    pipeline, table = source.pipeline, source.pipeline.mesh
     if pipeline.matrices is not None:
-        return read_matrices(**pipeline.matrices.model_dump() | matrix_files(path, pipeline))
+        return read_matrices(**pipeline.matrices.model_dump() | matrix_files(source))
     if pipeline.body is not None:
-        raise InputError(f"{path}: [body] is reduced already and has no mesh; give a file with [mesh]")
+        raise InputError(f"{source.path}: [body] is reduced already and has no mesh; give a file with [mesh]")
     if table is None:
-        raise InputError(f"{path} has no [mesh]: there is no body to build")
+        raise InputError(f"{source.path} has no [mesh]: there is no body to build")
     return read_mesh(
-        path.parent / table.file,
+        source.folder / table.file,
         table.length_unit,
         table.mass_unit,
         table.ignore,
@@ -147,13 +146,13 @@ def pipeline_recovery(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> ModelRe
         return model_recovery(model, connected_mesh(pipeline, mesh, model), wanted)
 
 
-def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
-    """Read and check the mesh of the pipeline file at `path`."""
-    pipeline = load_pipeline(path)
+def pipeline_quality(source: Loaded) -> tuple[Mesh, Quality]:
+    """Read and check the mesh of a pipeline file."""
+    pipeline = source.pipeline
     if pipeline.matrices is not None:
-        raise InputError(f"{path}: [matrices] have no elements to check; use [mesh]")
-    with naming(path):
-        mesh = read_pipeline_mesh(path, pipeline)
+        raise InputError(f"{source.path}: [matrices] have no elements to check; use [mesh]")
+    with naming(source.path):
+        mesh = read_pipeline_mesh(source)
         interfaces, connections = pipeline_node_sets(pipeline, mesh)
         sections, supports = pipeline_sections(pipeline), pipeline_supports(pipeline, mesh)
         return mesh, mesh_quality(mesh, sections, interfaces, connections, supports)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.pipeline.build.model import connected_mesh, node_set
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
@@ -93,12 +93,12 @@ def _statement(error: ReductionError) -> str:
     )
 
 
-def asked_loads(pipeline: Pipeline, body: FlexibleBody, path: Path) -> list[Asked]:
+def asked_loads(source: Loaded, body: FlexibleBody) -> list[Asked]:
     """Return the loads and bands of the responses of a file, for the convergence of its recoveries."""
-    found = []
+    pipeline, found = source.pipeline, []
     for name, table in pipeline.response.items() if pipeline.recovery else ():
         with naming(f"[response.{name}]"):
-            inputs = table.inputs(path.parent)
+            inputs = table.inputs(source.folder)
         ratios = [x for x in (table.damping, pipeline.reduction.damping, DAMPING) if isinstance(x, float) and x > 0]
         low, high = _band(table, inputs, body)
         columns = unit_inputs(body, list(inputs))[0]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from modalprep.correlation.derivatives import Sensitivities, sensitivities
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.pipeline import Pipeline
 
 
-def pipeline_sensitivities(path: Path, pipeline: Pipeline) -> Sensitivities:
+def pipeline_sensitivities(source: Loaded) -> Sensitivities:
     """Assemble the model of a file and derive its frequencies; its root alone is held, whatever the reduction fixes.
 
     Raises
@@ -18,8 +16,8 @@ def pipeline_sensitivities(path: Path, pipeline: Pipeline) -> Sensitivities:
     InputError
         When the model has no parameter of the kinds in the file.
     """
-    table = pipeline.sensitivities
+    pipeline, table = source.pipeline, source.pipeline.sensitivities
     materials = {name: material.build() for name, material in pipeline.materials.items()}
-    with naming(path):
-        model = assemble_pipeline(pipeline, read_pipeline_mesh(path, pipeline))
+    with naming(source.path):
+        model = assemble_pipeline(pipeline, read_pipeline_mesh(source))
         return sensitivities(model, modes=table.modes, kinds=table.by, materials=materials, boundary=table.boundary)

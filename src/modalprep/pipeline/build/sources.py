@@ -10,48 +10,23 @@ from pathlib import Path
 from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.pipeline.build.supplied import supplied_files
+from modalprep.pipeline.loaded import Loaded, same_file
 from modalprep.pipeline.schema.base import BodyName, PipelineName, named_files
-from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.schema.pipeline import Pipeline
 
 MARK = ".source"  # beside or in what is written: the file that it was made of, as seen from there
 
 
-def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
+def source_files(source: Loaded) -> list[Path]:
     """Return the files that a pipeline file names, without other pipelines, and those beside the files of bodies."""
-    names = [name for _, name in named_files(pipeline)]
-    bodies = dict.fromkeys(path.parent / name for name in names if isinstance(name, BodyName))
-    named = dict.fromkeys(path.parent / name for name in names if not isinstance(name, PipelineName))
+    names = [name for _, name in named_files(source.pipeline)]
+    bodies = dict.fromkeys(source.folder / name for name in names if isinstance(name, BodyName))
+    named = dict.fromkeys(source.folder / name for name in names if not isinstance(name, PipelineName))
     return [*named, *(file for body in bodies for file in supplied_files(body)[1:])]
 
 
-def body_pipelines(path: Path, pipeline: Pipeline) -> list[Path]:
-    """Return the pipeline files of the bodies of a pipeline file."""
-    names = [name for _, name in named_files(pipeline) if isinstance(name, PipelineName)]
-    return [path.parent / name for name in dict.fromkeys(names)]
-
-
-def pipelines_of(path: Path) -> dict[Path, Pipeline]:
-    """Return a pipeline file and those of its bodies, and of their bodies, each once.
-
-    Raises
-    ------
-    InputError
-        When one of them cannot be read.
-    """
-    found: dict[Path, Pipeline] = {}
-    todo = [path]
-    while todo:
-        file = todo.pop()
-        if not any(same_file(file, other) for other in found):
-            found[file] = load_pipeline(file)
-            todo += body_pipelines(file, found[file])
-    return found
-
-
-def needed_files(path: Path) -> list[Path]:
+def needed_files(source: Loaded) -> list[Path]:
     """Return all files that a pipeline file needs, itself and what the pipelines of its bodies need included."""
-    return [file for each, pipeline in pipelines_of(path).items() for file in (each, *source_files(each, pipeline))]
+    return [file for each in source.files for file in (each.path, *source_files(each))]
 
 
 def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
@@ -79,14 +54,6 @@ def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
         if any(same_file(target, file) for file in written):
             raise InputError(f"{target} would be written twice by this command; give each output a file of its own")
         written.append(target)
-
-
-def same_file(one: Path, other: Path) -> bool:
-    """Whether two paths lead to one file, also through links; files that are not there yet count by their names."""
-    try:
-        return os.path.samefile(one, other)
-    except (OSError, ValueError):  # one is not there, or its name cannot be one
-        return os.path.abspath(one) == os.path.abspath(other)
 
 
 def relative(file: Path, folder: Path) -> str:
@@ -137,7 +104,7 @@ def refuse_shared(target: Path, file: Path) -> None:
         )
 
 
-def refuse_shared_folders(path: Path, output: Path | None) -> None:
+def refuse_shared_folders(source: Loaded, output: Path | None) -> None:
     """Refuse a pipeline file when its outputs, or those of its bodies, would overwrite those of another file.
 
     Raises
@@ -146,7 +113,7 @@ def refuse_shared_folders(path: Path, output: Path | None) -> None:
         Which names both files.
     """
     found: dict[Path, Path] = {}
-    for file in pipelines_of(path):
+    for file in (each.path for each in source.files):
         folder = output_folder(file, output)
         if other := found.get(folder.resolve()):
             raise InputError(f"{other} and {file} would both write into {folder}; rename one, or leave out --output")

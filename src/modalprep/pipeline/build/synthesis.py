@@ -21,8 +21,8 @@ from modalprep.pipeline.build.sources import (
     refuse_shared_folders,
 )
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable, rotation_matrix
 from modalprep.reduction.damping import ComponentDamping, component_damping
@@ -89,7 +89,7 @@ class Synthesised:
         return found
 
 
-def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Synthesised:
+def synthesise_pipeline(path: str | Path | Loaded, output: Path | None, reporter: Reporter) -> Synthesised:
     """Weld the bodies of a pipeline file; write ``<name>-synthesis.json`` and ``<name>-<body>.h5`` of changed bodies.
 
     Raises
@@ -97,13 +97,14 @@ def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
     InputError
         When the file has no [synthesis] or names what is not there.
     """
-    pipeline = load_pipeline(path)
+    source = load(path)
+    path, pipeline = source.path, source.pipeline
     if pipeline.synthesis is None:
         raise InputError(f"{path} has no [synthesis]: add one with modes")
-    refuse_shared_folders(path, output)
+    refuse_shared_folders(source, output)
     folder = output_folder(path, output)
-    refuse_overwriting((folder / f"{path.stem}-{name}.h5" for name in pipeline.bodies), needed_files(path))
-    bodies = read_bodies(pipeline, path, lambda source: current_body(source, output, reporter))
+    refuse_overwriting((folder / f"{path.stem}-{name}.h5" for name in pipeline.bodies), needed_files(source))
+    bodies = read_bodies(source, lambda source: current_body(source, output, reporter))
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
         found = _synthesised(pipeline, bodies)
         done(1)

@@ -15,9 +15,9 @@ from modalprep.pipeline.build.build import stand_in
 from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.responses.notches import excess, lowered, notched_input, too_shallow, with_limited
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.responses.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
 from modalprep.pipeline.schema.responses.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot
@@ -46,7 +46,7 @@ class Responded:
     notch_plot: Path | None = None
 
 
-def refuse_responses(pipeline: Pipeline, path: Path) -> None:
+def refuse_responses(source: Loaded) -> None:
     """Refuse inputs and channels that cannot be there, before the body is built.
 
     Raises
@@ -54,12 +54,10 @@ def refuse_responses(pipeline: Pipeline, path: Path) -> None:
     InputError
         Which names the table.
     """
-    if not pipeline.response:
-        return
-    interfaces = stand_in(path).interface_name
+    pipeline, interfaces = source.pipeline, stand_in(source).interface_name
     for name, table in pipeline.response.items():
-        with naming(path), naming(f"[response.{name}]"):
-            inputs, known = table.inputs(path.parent), input_names(interfaces)
+        with naming(source.path), naming(f"[response.{name}]"):
+            inputs, known = table.inputs(source.folder), input_names(interfaces)
             for wrong in (key for key in inputs if key not in known):
                 raise InputError(f"there is no input {wrong!r}; {suggestion(wrong, known, 'there are')}")
             heads = [BASE, *interfaces, *pipeline.recovery]
@@ -73,7 +71,7 @@ def refuse_responses(pipeline: Pipeline, path: Path) -> None:
                 find_band(inputs, table.band)
 
 
-def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, reporter: Reporter) -> list[Responded]:
+def respond(source: Loaded, body: FlexibleBody, folder: Path, reporter: Reporter) -> list[Responded]:
     """Compute the responses of a pipeline file, write their curves, peaks and plots, and print their peaks.
 
     Raises
@@ -81,15 +79,15 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
     InputError
         When one of them cannot be computed; the files of those before remain.
     """
-    found = []
-    for name, table in pipeline.response.items():
+    path, found = source.path, []
+    for name, table in source.pipeline.response.items():
         stem = folder / f"{path.stem}-{name}"
         ends = ("response.h5", "response.csv", "peaks.csv", "response.png")
         file, curves, peaks, plot = (Path(f"{stem}-{end}") for end in ends)
         others = [Path(f"{stem}-notched.{end}") for end in ("csv", "png")] if getattr(table, "notch", []) else []
-        refuse_overwriting([file, curves, peaks, plot, *others], source_files(path, pipeline))
+        refuse_overwriting([file, curves, peaks, plot, *others], source_files(source))
         with naming(path), naming(f"[response.{name}]"):
-            response, cut = computed(table, body, path.parent)
+            response, cut = computed(table, body, source.folder)
         reporter.wrote(write_response(response, file))
         reporter.wrote(write_curves(response, curves))
         if sampling(response) > 1:

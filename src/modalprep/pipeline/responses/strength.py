@@ -15,8 +15,8 @@ from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.responses.strength import FatigueTable, OfChannels, ShockTable
 from modalprep.report.strength import fatigue_table, shock_plot
 from modalprep.report.summary import SHOCK_UNITS
@@ -40,9 +40,8 @@ class Strength:
 
 
 def strength(
-    path: Path, pipeline: Pipeline, responses: Mapping[str, Response], run: Result | None, folder: Path,
-    reporter: Reporter,
-) -> Strength:  # fmt: skip
+    source: Loaded, responses: Mapping[str, Response], run: Result | None, folder: Path, reporter: Reporter
+) -> Strength:
     """Compute the shock spectra and the damage that a pipeline file asks for; write CSV files and plots.
 
     Parameters
@@ -57,18 +56,18 @@ def strength(
     InputError
         Which names the table.
     """
-    found = Strength()
+    found, path = Strength(), source.path
     works: tuple[tuple[str, Mapping[str, Any], Callable], ...] = (
-        ("srs", pipeline.srs, _shocks), ("fatigue", pipeline.fatigue, _fatigue),
+        ("srs", source.pipeline.srs, _shocks), ("fatigue", source.pipeline.fatigue, _fatigue),
     )  # fmt: skip
     for kind, tables, work in works:
         for name, table in tables.items():
-            source = run if table.response is None else responses.get(table.response)
-            if source is not None:
+            histories = run if table.response is None else responses.get(table.response)
+            if histories is not None:
                 target = folder / f"{path.stem}-{name}-{kind}.csv"
-                refuse_overwriting([target, target.with_suffix(".png")], needed_files(path))
+                refuse_overwriting([target, target.with_suffix(".png")], needed_files(source))
                 with naming(path), naming(f"[{kind}.{name}]"):
-                    work(found, name, table, source, target, reporter)
+                    work(found, name, table, histories, target, reporter)
     for note in found.notes:
         reporter.note(note)
     return found

@@ -33,7 +33,17 @@ def load_pipeline(path: str | Path) -> Pipeline:
     Traceback (most recent call last):
     modalprep.errors.InputError: pipeline file no.toml does not exist
     """
-    path = Path(path)
+    return read_pipeline(Path(path))[0]
+
+
+def read_pipeline(path: Path) -> tuple[Pipeline, str]:
+    """Read and validate a TOML file; return what it says, and its text.
+
+    Raises
+    ------
+    InputError
+        As `load_pipeline`.
+    """
     text, data = read_toml(path)
     _refuse_odd_values(path, text, data, [])
     try:
@@ -43,7 +53,7 @@ def load_pipeline(path: str | Path) -> Pipeline:
     if pipeline.grid:
         raise InputError(f"{path} has a [grid] of several jobs: write modalprep batch {path}")
     with naming(path):
-        return pipeline.with_chains()
+        return pipeline.with_chains(), text
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:

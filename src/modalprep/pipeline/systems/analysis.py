@@ -22,9 +22,9 @@ from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.time import has_several_values, time_function
 from modalprep.pipeline.systems.outline import refuse_before_work
 from modalprep.pipeline.systems.read import in_theory, read_system
@@ -113,7 +113,7 @@ def _instabilities(modes: SystemModes | None) -> tuple[str, ...]:
     return (f"the system is unstable about this state: {count}, the fastest by {max(growing):.4g} 1/s",)
 
 
-def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Analysed:
+def analyse_pipeline(path: str | Path | Loaded, output: Path | None, reporter: Reporter) -> Analysed:
     """Run the [analysis] of a pipeline file; write ``<name>-analysis.json`` and the requested files.
 
     Raises
@@ -123,15 +123,15 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
     SimulationError
         When nothing rests, or the linear equations do not exist.
     """
-    pipeline = load_pipeline(path)
-    table = pipeline.analysis
+    source = load(path)
+    path, table = source.path, source.pipeline.analysis
     if table is None:
         raise InputError(f"{path} has no [analysis]: add one with modes, response or inverse")
-    refuse_shared_folders(path, output)
+    refuse_shared_folders(source, output)
     stem = output_folder(path, output) / path.stem
     refuse_unwritable(stem.with_name(f"{stem.name}-analysis.json"))
-    refuse_before_work(pipeline, path)
-    system = in_theory(read_system(pipeline, path, output, reporter), table.theory)
+    refuse_before_work(source)
+    system = in_theory(read_system(source, output, reporter), table.theory)
     with naming(path), reporter.progress(f"{path.name}: analysis", 1) as done:
         found = _analysed(system, table, path.parent)
         done(1)

@@ -19,6 +19,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.analysis import EnsembleTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
@@ -40,9 +41,7 @@ def _suffixes(count: int) -> list[str]:
     return [""] if count == 1 else [f"-{number + 1}" for number in range(count)]
 
 
-def simulate_ensemble(
-    path: Path, pipeline: Pipeline, system: System, nominal: Result, stem: Path, reporter: Reporter
-) -> Ensemble:
+def simulate_ensemble(source: Loaded, system: System, nominal: Result, stem: Path, reporter: Reporter) -> Ensemble:
     """Run the cases of an ensemble, write its files, and print its table.
 
     Finished cases of an interrupted ensemble, and of one that had failed cases, are taken from its file.
@@ -52,9 +51,10 @@ def simulate_ensemble(
     InputError
         When a distribution cannot be used.
     """
-    table, files = pipeline.ensemble, ensemble_files(pipeline.ensemble, stem)
+    path, table = source.path, source.pipeline.ensemble
+    files = ensemble_files(table, stem)
     with naming(path), naming("[ensemble]"):
-        task = plan(system, ensemble_cases(table), table.channels, _options(pipeline))
+        task = plan(system, ensemble_cases(table), table.channels, _options(source.pipeline))
     whose = identity(task) | {"program": program()["sources_sha256"]}
     keeper = Keeper(files[0], whose)
     collected = _begun(task, keeper, reporter)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import replace
 
 from modalprep.ensemble.parameters import Parameters
 from modalprep.multibody.analysis.inputs_outputs import Input, output
@@ -20,6 +20,7 @@ from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.simulate import channel_names, check_span, check_steps
 from modalprep.pipeline.build.build import read_bodies, stand_in
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
@@ -35,7 +36,7 @@ OF_MODES = (  # channels of a body that its stand-in does not have
 )  # fmt: skip
 
 
-def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
+def refuse_before_work(source: Loaded) -> None:
     """Refuse a wrong time span or distribution, and names of what is not there, before any body is built.
 
     Raises
@@ -43,8 +44,8 @@ def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
     InputError
         Which says what is wrong.
     """
-    s = pipeline.simulation
-    with naming(path):
+    pipeline, s = source.pipeline, source.pipeline.simulation
+    with naming(source.path):
         if s is not None:
             check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
             check_steps(s.t_end, s.max_step, s.shortest_event)
@@ -53,16 +54,16 @@ def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
 
             with naming("[ensemble]"):
                 ensemble_cases(pipeline.ensemble)
-        made = _made(pipeline, path)
+        made = _made(source)
         if made or pipeline.synthesis is not None:
-            system = system_of(_without_modes(pipeline, made), path, read_bodies(pipeline, path, stand_in))
-            _refuse_names(pipeline, system, path, made)
+            outline = replace(source, pipeline=_without_modes(pipeline, made))
+            _refuse_names(source, system_of(outline, read_bodies(source, stand_in)), made)
 
 
-def _made(pipeline: Pipeline, path: Path) -> set[str]:
+def _made(source: Loaded) -> set[str]:
     """Return the names of the bodies that are made by pipeline files, for which others stand in."""
-    own = {pipeline.name or path.stem} if pipeline.has_body else set()
-    return own | {name for name, table in pipeline.bodies.items() if table.pipeline is not None}
+    own = {source.body_name} if source.pipeline.has_body else set()
+    return own | {name for name, table in source.pipeline.bodies.items() if table.pipeline is not None}
 
 
 def _without_modes(pipeline: Pipeline, made: set[str]) -> Pipeline:
@@ -74,10 +75,11 @@ def _without_modes(pipeline: Pipeline, made: set[str]) -> Pipeline:
     return pipeline.model_copy(update={"forces": forces, "depletions": depletions, "jets": jets})
 
 
-def _refuse_names(pipeline: Pipeline, system: System | DeployingSystem, path: Path, made: set[str]) -> None:
+def _refuse_names(source: Loaded, system: System | DeployingSystem, made: set[str]) -> None:
     """Refuse channels, inputs and expressions of what is not there."""
+    pipeline = source.pipeline
     if pipeline.simulation is not None:
-        refuse_channels(pipeline, system, path, made)
+        refuse_channels(source, system, made)
     if isinstance(system, System):
         _refuse_expressions(pipeline, system, made)
         if pipeline.analysis is not None:
@@ -90,9 +92,7 @@ def _waits(name: str, made: set[str]) -> bool:
     return body in made and part.partition(".")[0] in OF_MODES
 
 
-def refuse_channels(
-    pipeline: Pipeline, system: System | DeployingSystem, path: Path, made: set[str] = frozenset()
-) -> None:
+def refuse_channels(source: Loaded, system: System | DeployingSystem, made: set[str] = frozenset()) -> None:
     """Refuse channels and parameters that a run does not have; channels of the modes of stand-ins are not looked at.
 
     Raises
@@ -100,7 +100,8 @@ def refuse_channels(
     InputError
         Which names the channel or the parameter.
     """
-    with naming(path):
+    pipeline = source.pipeline
+    with naming(source.path):
         known = _channels(pipeline.simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
         plotted += [f"{plot.relative_to}.origin" for plot in pipeline.plots if plot.relative_to is not None]

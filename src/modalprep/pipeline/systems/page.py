@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import platform
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modalprep.pipeline.build.sources import needed_files
+from modalprep.pipeline.build.inputs import page_inputs
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.systems.systems import Simulated
-from modalprep.program import file_digest, program
-from modalprep.report.body_page.inputs import Inputs
+from modalprep.program import file_digest
 from modalprep.report.body_page.section import Section
 from modalprep.report.numbers import number
 from modalprep.report.run_page.page import write_run_page
@@ -24,8 +21,7 @@ if TYPE_CHECKING:
 
 
 def page_of_run(
-    path: Path,
-    pipeline: Pipeline,
+    source: Loaded,
     simulated: Simulated,
     reporter: Reporter,
     *,
@@ -41,12 +37,13 @@ def page_of_run(
     Path
         The file.
     """
+    pipeline = source.pipeline
     run, result = next(iter(simulated.runs.values())), simulated.files[0]
-    cases = [file for file in reporter.files if file.suffix == ".png" and f"{path.stem}-ensemble" in file.name]
+    cases = [file for file in reporter.files if file.suffix == ".png" and f"{source.path.stem}-ensemble" in file.name]
     page = write_run_page(
         run,
         result.with_suffix(".html"),
-        name=pipeline.name or path.stem,
+        name=source.body_name,
         system=simulated.system,
         rtol=pipeline.simulation.rtol,
         settings=_settings(pipeline.simulation, simulated),
@@ -57,7 +54,7 @@ def page_of_run(
         envelopes=simulated.envelopes,
         notes=simulated.notes,
         sections=sections,
-        inputs=_inputs(path, result),
+        inputs=page_inputs(source, {result.name: file_digest(result)}),
         verdict=verdict,
     )
     return reporter.wrote(page)
@@ -72,12 +69,3 @@ def _settings(table: SimulationTable, simulated: Simulated) -> dict[str, str]:
     if simulated.ensemble is not None:
         asked["ensemble"] = f"{len(simulated.ensemble)} cases besides this run"
     return asked
-
-
-def _inputs(path: Path, result: Path) -> Inputs:
-    files = {os.path.relpath(file, path.parent): file_digest(file) for file in needed_files(path) if file.is_file()}
-    return Inputs(
-        text=path.read_text(encoding="utf-8"),
-        files=files | {result.name: file_digest(result)},
-        made=program() | {"host": platform.node(), "system": platform.platform()},
-    )

@@ -14,8 +14,8 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.pipeline.build.build import current_body, read_bodies
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import rotation_matrix
 from modalprep.pipeline.schema.system import JointTable, Theory
 from modalprep.pipeline.systems.angles import implausible_angles
@@ -24,10 +24,9 @@ from modalprep.pipeline.systems.depletions import read_depletions
 from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, read_deployment, read_loads, read_orbit
 
 
-def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
+def read_system(source: Loaded, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
     """Return the system a pipeline file describes, its bodies read or built."""
-    bodies = read_bodies(pipeline, path, lambda source: current_body(source, output, reporter))
-    return system_of(pipeline, path, bodies)
+    return system_of(source, read_bodies(source, lambda each: current_body(each, output, reporter)))
 
 
 def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
@@ -48,7 +47,7 @@ def in_theory(system: System | DeployingSystem, theory: Theory) -> System | Depl
     return system.ruthless() if theory == "ruthless" else system.conventional()
 
 
-def system_of(pipeline: Pipeline, path: Path, bodies: dict[str, FlexibleBody]) -> System | DeployingSystem:
+def system_of(source: Loaded, bodies: dict[str, FlexibleBody]) -> System | DeployingSystem:
     """Return the system a pipeline file describes, of these bodies.
 
     Raises
@@ -56,23 +55,23 @@ def system_of(pipeline: Pipeline, path: Path, bodies: dict[str, FlexibleBody]) -
     InputError
         When a table names what is not there.
     """
-    joints = read_joints(pipeline, path)
-    with naming(path):
+    joints, pipeline, folder = read_joints(source), source.pipeline, source.folder
+    with naming(source.path):
         bodies = _shared(bodies)
-        loads = read_loads(pipeline, bodies, path.parent)
+        loads = read_loads(pipeline, bodies, folder)
         gravity = pipeline.environment.gravity
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
-        closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
-        depletions, jets = read_depletions(pipeline, bodies, path.parent)
+        closures = read_closures(pipeline.closures, pipeline.couplers, folder)
+        depletions, jets = read_depletions(pipeline, bodies, folder)
         parts = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
         parts["orbit"] = read_orbit(pipeline.environment.orbit)
         if pipeline.deployments:
-            found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
+            found = tuple(read_deployment(name, table, folder) for name, table in pipeline.deployments.items())
             return DeployingSystem(**parts, deployments=found)
         return System(**parts, closures=closures, depletions=depletions, notes=implausible_angles(pipeline))
 
 
-def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:
+def read_joints(source: Loaded) -> tuple[Joint, ...]:
     """Return the joints of a pipeline file.
 
     Raises
@@ -80,8 +79,8 @@ def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:
     InputError
         When the table of a joint contradicts itself.
     """
-    with naming(path):
-        return tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
+    with naming(source.path):
+        return tuple(_joint(name, table, source.folder) for name, table in source.pipeline.joints.items())
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:

@@ -27,8 +27,8 @@ from modalprep.pipeline.build.sources import (
     refuse_shared_folders,
 )
 from modalprep.pipeline.console import Reporter, says_compiling
+from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.changing import read_events
-from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
@@ -68,7 +68,7 @@ class Simulated:
 
 @says_compiling
 def simulate_pipeline(
-    path: Path,
+    path: str | Path | Loaded,
     output: Path | None,
     reporter: Reporter,
     *,
@@ -85,13 +85,14 @@ def simulate_pipeline(
     SimulationError
         When the integration cannot go on.
     """
-    pipeline = load_pipeline(path)
+    source = load(path)
+    path, pipeline = source.path, source.pipeline
     if pipeline.simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     if any(table.response is None for table in pipeline.srs.values()):
         need("pyyeti", f"{path}: [srs]")
     if target is None:
-        refuse_shared_folders(path, output)
+        refuse_shared_folders(source, output)
     folder = target.parent if target else output_folder(path, output)
     own, target = target is None, target or folder / f"{path.stem}-run.h5"
     stem = folder / path.stem
@@ -100,10 +101,10 @@ def simulate_pipeline(
         from modalprep.pipeline.systems.ensembles import ensemble_audit, ensemble_files, simulate_ensemble
 
         written += tuple(ensemble_files(pipeline.ensemble, stem))
-    refuse_overwriting(written, [*needed_files(path), *made_bodies(path, output)])
-    refuse_before_work(pipeline, path)
-    system = read_system(pipeline, path, output, reporter)
-    refuse_channels(pipeline, system, path)
+    refuse_overwriting(written, [*needed_files(source), *made_bodies(source, output)])
+    refuse_before_work(source)
+    system = read_system(source, output, reporter)
+    refuse_channels(source, system)
     theory = pipeline.simulation.chosen_theory
     if theory == "consistent" and not geometric_stiffness:
         theory = "no_geometric_stiffness"
@@ -128,7 +129,7 @@ def simulate_pipeline(
     audited = audits(main, pipeline.simulation.rtol, weight)
     ensemble = None
     if pipeline.ensemble is not None:
-        ensemble = simulate_ensemble(path, pipeline, next(iter(variants.values())), main, stem, reporter)
+        ensemble = simulate_ensemble(source, next(iter(variants.values())), main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
     return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
 
