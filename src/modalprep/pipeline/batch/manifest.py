@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from modalprep.atomic import atomic_path
@@ -51,12 +51,18 @@ def write_manifest(job: Job, record: Record) -> None:
         temporary.write_text(json.dumps(HEAD | record, indent=1))
 
 
-def finished(job: Job, program: dict[str, str]) -> Record | None:
-    """Return the record of a job finished with these inputs by this program and with intact outputs, else None."""
+def finished(job: Job, program: dict[str, str], read: Callable[[], Loaded] | None = None) -> Record | None:
+    """Return the record of a job finished with these inputs by this program and with intact outputs, else None.
+
+    Parameters
+    ----------
+    read : callable, optional
+        Returns its pipeline file.
+    """
     try:
         record = json.loads(job.manifest.read_text())
         good = record["format"] == HEAD["format"] and record["status"] == DONE and record["program"] == program
-        good = good and record["inputs"] == input_digests(load(job.file))
+        good = good and record["inputs"] == input_digests(read() if read else load(job.file))
         outputs = {name: file_digest(job.folder / name) for name in record["outputs"]} if good else {}
         whole = good and outputs == record["outputs"]
         return {key: value for key, value in record.items() if key not in HEAD} if whole else None

@@ -7,9 +7,10 @@ import os
 import platform
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from datetime import UTC, datetime
+from functools import cache, partial
 from pathlib import Path
 from typing import TextIO
 
@@ -27,6 +28,7 @@ from modalprep.verdicts.notes import silent
 from modalprep.verdicts.verdict import FAILED
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+Reading = Callable[[], Loaded]
 PATIENCE, PAUSE = 5.0, 0.5  # s, in which a shared folder shows what another machine has just written
 
 
@@ -42,20 +44,21 @@ def work(job: Job, setting: Setting) -> Record:
     if program() != setting.program:
         differing = [name for name, value in setting.program.items() if program().get(name) != value]
         return failure(job, f"its worker has a different {', '.join(differing)}; install the same there")
-    before = finished(job, setting.program)  # a cluster that lost a worker with its record runs the job again
+    read = cache(partial(load, job.file))  # once, unless it changes
+    before = finished(job, setting.program, read)  # a cluster that lost a worker with its record runs the job again
     if before is not None:
         return before
-    cache = Cache(setting.cache, setting.limit) if setting.cache else None
+    store = Cache(setting.cache, setting.limit) if setting.cache else None
     start, began = time.perf_counter(), datetime.now(UTC)
     with silent():
-        record = _attempt(job, cache)
+        record = _attempt(job, read, store)
     record |= {
         "started": began.isoformat(timespec="seconds"),
         "seconds": round(time.perf_counter() - start, 3),
         "values": job.values,
         "worker": f"{platform.node()}:{os.getpid()}",
         "program": program(),
-        "cache": cache.use.summary() if cache else None,
+        "cache": store.use.summary() if store else None,
     }
     try:
         write_manifest(job, record)
@@ -65,10 +68,10 @@ def work(job: Job, setting: Setting) -> Record:
     return record
 
 
-def _attempt(job: Job, cache: Cache | None) -> Record:
+def _attempt(job: Job, read: Reading, store: Cache | None) -> Record:
     try:
         with _writing(job.log) as file, redirect_stdout(file), redirect_stderr(file):
-            return _logged(job, cache)
+            return _logged(job, read, store)
     except OutputError as error:  # of the log itself
         return failure(job, _message(error), error)
 
@@ -90,10 +93,10 @@ def _writing(log: Path) -> Iterator[TextIO]:
         raise not_written(log, error) from error
 
 
-def _logged(job: Job, cache: Cache | None) -> Record:
+def _logged(job: Job, read: Reading, store: Cache | None) -> Record:
     try:
-        (source, inputs), reporter = _seen(job), Reporter()
-        outcome = run_pipeline(source, job.output, reporter, cache)
+        (source, inputs), reporter = _seen(job, read), Reporter()
+        outcome = run_pipeline(source, job.output, reporter, store)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
         record |= {"verdict": outcome.verdict.summary(), "quantities": quantities(outcome)}
@@ -111,7 +114,7 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         return failure(job, f"{type(error).__name__}: {_message(error)} (see its log: {job.log})", error)
 
 
-def _seen(job: Job) -> tuple[Loaded, dict[str, str]]:
+def _seen(job: Job, read: Reading) -> tuple[Loaded, dict[str, str]]:
     """Return the pipeline file of a job, and the hashes of the files that it reads.
 
     Raises
@@ -119,8 +122,8 @@ def _seen(job: Job) -> tuple[Loaded, dict[str, str]]:
     InputError
         When this worker sees another file than the machine that gave the job.
     """
-    end = time.monotonic() + PATIENCE
-    while (found := input_digests(source := load(job.file))) != (wanted := job.inputs or found):
+    end, source = time.monotonic() + PATIENCE, read()
+    while (found := input_digests(source)) != (wanted := job.inputs or found):
         if time.monotonic() > end:
             names = [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
             raise InputError(
@@ -128,6 +131,7 @@ def _seen(job: Job) -> tuple[Loaded, dict[str, str]]:
                 "put it into a folder that both share"
             )
         time.sleep(PAUSE)
+        source = load(job.file)
     return source, found
 
 
