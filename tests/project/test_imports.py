@@ -49,7 +49,7 @@ LAYERS = {
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
         "schema.reduction", "schema.responses", "schema", "loaded", "build", "systems", "responses", "film", "view",
-        "pictures", "drawn_runs", "run", "study", "batch", "init",
+        "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home

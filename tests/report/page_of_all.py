@@ -6,7 +6,7 @@ from PIL import Image
 from modalprep.body.checks import Check
 from modalprep.report import Section, Table, paragraph
 from modalprep.report.body_page.inputs import Inputs
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 from modalprep.verdicts.verdict import Requirement
 
 CHECKS = [Check("mass", 1e-12, 1e-9, "body = mesh"), Check("modal mass", 2e-3, 1e-7, "P sums to 1")]
@@ -42,8 +42,8 @@ def whole_page(body, folder, rows=20):
         tables=[made["mass"]], energies=[made["strain"]], text="[mesh]\nfile = 'a.msh'\n" * 20,
         files={"a.msh": "ab" * 32}, made={"host": "machine"},
     )  # fmt: skip
-    return write_page(
-        body, folder / "whole.html", pictures={1: picture, 2: picture}, mesh_picture=picture, checks=CHECKS,
+    return write_page(BodyPage(
+        body, pictures={1: picture, 2: picture}, mesh_picture=picture, checks=CHECKS,
         notes=NOTES, plots=[("Spin-up", picture)], errors={"e": ([1.0, 2.0], [1e-6, 1e-4])}, inputs=inputs,
         sections=[section],
-    )  # fmt: skip
+    ), folder / "whole.html")  # fmt: skip

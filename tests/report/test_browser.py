@@ -12,7 +12,7 @@ from report.page_of_all import whole_page
 
 from modalprep.examples import uniform_beam
 from modalprep.report.mac import auto_mac
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 from modalprep.report.pictures.colour import WORDS
 
 pytestmark = needs_browser
@@ -93,7 +93,7 @@ def pages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pages")
 
     def make(body, **options):
-        return write_page(body, folder / f"{body.name}.html", **options), folder
+        return write_page(BodyPage(body, **options), folder / f"{body.name}.html"), folder
 
     return make
 

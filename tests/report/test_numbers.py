@@ -12,7 +12,7 @@ from modalprep.report.body_page.parts import extremes_table
 from modalprep.report.body_page.responses import fatigue_section, response_section
 from modalprep.report.body_page.table import Table
 from modalprep.report.numbers import number, quantity
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 from modalprep.report.responses import response_plot
 from modalprep.response import SNCurve, harmonic_response, rainflow_damage, random_response
 
@@ -41,7 +41,7 @@ def page(tmp_path_factory):
     curve = SNCurve(stress=100e6, cycles=1e6, slope=5)
     slight = rainflow_damage(np.arange(3.0), np.array([2e4, -2e4, 2e4]), curve).with_(unit="Pa")
     sections.append(fatigue_section("weld", {"a": slight}))
-    return write_page(body, folder / "beam.html", sections=sections)
+    return write_page(BodyPage(body, sections=sections), folder / "beam.html")
 
 
 def test_page_has_no_exponents_and_no_millihertz(page):

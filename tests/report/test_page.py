@@ -10,7 +10,7 @@ from PIL import Image
 
 import modalprep as mp
 from modalprep.body.checks import Check
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 
 HOSTILE = "\"><script>alert('x')</script><img src=http://example.org/x>{{ 7*7 }}"
 
@@ -46,10 +46,17 @@ def test_page_is_whole_and_loads_nothing(block, picture, tmp_path):
     checks = [Check("modal mass", 2e-3, 1e-7, "P sums to 1")]
     page = outline(
         write_page(
-            block, tmp_path / "p.html", pictures={1: picture, 2: picture}, mesh_picture=picture,
-            plots=[("Spin-up", picture)], checks=checks, notes=["pictures not drawn: no EGL"],
+            BodyPage(
+                block,
+                pictures={1: picture, 2: picture},
+                mesh_picture=picture,
+                plots=[("Spin-up", picture)],
+                checks=checks,
+                notes=["pictures not drawn: no EGL"],
+            ),
+            tmp_path / "p.html",
         )
-    )  # fmt: skip
+    )
     sources = [attrs["src"] for _, attrs in page.tags if "src" in attrs]
     assert len(sources) == 5  # mesh, plot, bars, two modes
     links = [attrs["href"] for _, attrs in page.tags if "href" in attrs]
@@ -89,7 +96,7 @@ def test_names_cannot_add_tags(cantilever, tmp_path):
 
 def test_missing_picture_is_named_and_nothing_is_left(cantilever, tmp_path):
     with pytest.raises(mp.InputError, match=r"gone\.png cannot be read"):
-        write_page(cantilever, tmp_path / "p.html", pictures={1: tmp_path / "gone.png"})
+        write_page(BodyPage(cantilever, pictures={1: tmp_path / "gone.png"}), tmp_path / "p.html")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -105,23 +112,23 @@ def test_rigid_body_has_a_page(cantilever, tmp_path):
 def test_errors_have_a_section_only_where_there_are_any(cantilever, tmp_path):
     assert "Errors" not in outline(write_page(cantilever, tmp_path / "p.html")).text
     curves = {"reduced": ([1, 10, 100], [1e-6, 1e-4, 0.1])}
-    page = outline(write_page(cantilever, tmp_path / "p.html", errors=curves, error_axes=("Hz", "error")))
+    page = outline(write_page(BodyPage(cantilever, errors=curves, error_axes=("Hz", "error")), tmp_path / "p.html"))
     assert "Errors" in page.text
     assert ("img", "error curves") in [(tag, attrs.get("alt")) for tag, attrs in page.tags]
 
 
 def test_wrong_errors_and_masses_leave_nothing(cantilever, tmp_path):
     with pytest.raises(mp.InputError, match="error curve 'a' needs as many x as y"):
-        write_page(cantilever, tmp_path / "p.html", errors={"a": ([1, 2], [1])})
+        write_page(BodyPage(cantilever, errors={"a": ([1, 2], [1])}), tmp_path / "p.html")
     with pytest.raises(mp.InputError, match="one mass >= 0 for each of the 21 nodes"):
-        write_page(cantilever, tmp_path / "p.html", nodal_mass=np.ones(3))
+        write_page(BodyPage(cantilever, nodal_mass=np.ones(3)), tmp_path / "p.html")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_masses_change_the_mac_and_its_text(block, tmp_path):
     plain = write_page(block, tmp_path / "p.html").read_text(encoding="utf-8")
     mass = np.linspace(1, 9, len(block.points))
-    weighted = write_page(block, tmp_path / "q.html", nodal_mass=mass).read_text(encoding="utf-8")
+    weighted = write_page(BodyPage(block, nodal_mass=mass), tmp_path / "q.html").read_text(encoding="utf-8")
     assert "with equal nodal weights" in plain
     assert "weighted by nodal mass" in weighted
 

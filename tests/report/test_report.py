@@ -12,7 +12,7 @@ import modalprep as mp
 from modalprep.errors import RenderError
 from modalprep.examples import uniform_beam
 from modalprep.report.charts import plots
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.tables import body_summary, mode_table
@@ -63,7 +63,7 @@ def test_history_plot_is_drawn(tmp_path):
 
 
 def test_page_is_self_contained_and_complete(beam, tmp_path):
-    page = write_page(beam, tmp_path / "p.html", checks=mp.check_body(beam), notes=["look here"])
+    page = write_page(BodyPage(beam, checks=mp.check_body(beam), notes=["look here"]), tmp_path / "p.html")
     text = page.read_text()
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)""", text)  # links within the page stay in it
     assert "look here" in text

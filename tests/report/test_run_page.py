@@ -11,7 +11,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import small_systems
 from modalprep.multibody.evaluation.impact import Impact
-from modalprep.report import write_run_page
+from modalprep.report import RunPage, write_run_page
 from modalprep.report.run_page.channels import UNITS, channel_unit
 from modalprep.report.run_page.curves import ABOVE, BELOW, HEIGHT, MOST, ROOM, curves
 from modalprep.report.run_page.parts import audit_rows, extremes
@@ -32,7 +32,9 @@ def swung():
 
 def test_page_says_how_the_run_was_made_and_what_its_audits_found(swung, tmp_path):
     system, run = swung
-    text = words(write_run_page(run, tmp_path / "run.html", system=system, rtol=1e-7, notes=["a warning of mine"]))
+    text = words(
+        write_run_page(RunPage(run, system=system, rtol=1e-7, notes=["a warning of mine"]), tmp_path / "run.html")
+    )
     assert text.count("PASS") == 1
     for said in (f"steps {run.stats['steps']}", f"evaluations of the equations {run.stats['evaluations']}",
                  "relative tolerance 10⁻⁷", f"method at the end {run.stats['method']}", "a warning of mine",
@@ -52,7 +54,7 @@ def test_failed_audits_fail_the_page(swung, tmp_path):
     wrong = run.with_(
         stats=run.stats | {"energy_error": 0.5}, channels=run.channels | {"energy.error": 0.5 * size + run.time}
     )
-    text = words(write_run_page(wrong, tmp_path / "wrong.html", system=system, rtol=1e-7))
+    text = words(write_run_page(RunPage(wrong, system=system, rtol=1e-7), tmp_path / "wrong.html"))
     assert "FAIL" in text
     assert "the energy balances to" in text
     lost = run.with_(status="diverged", message="it turned over")

@@ -36,9 +36,10 @@ def modes(
     from modalprep.pipeline.build.build import build_body
     from modalprep.pipeline.build.sources import claiming, output_folder, refuse_shared_folders
     from modalprep.pipeline.console import Reporter
+    from modalprep.report.body_page.inputs import Inputs
     from modalprep.report.body_page.printing import find_browser, print_page
     from modalprep.report.body_page.requirements import body_verdict
-    from modalprep.report.page import write_page
+    from modalprep.report.page import BodyPage, write_page
     from modalprep.report.tables import body_summary, mode_table
 
     reporter, browser = Reporter(quiet=as_json), find_browser() if pdf else None
@@ -61,15 +62,16 @@ def modes(
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}{MODES}"
         refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
-        body, made = read_body(file), None
+        body, made = read_body(file), Inputs()
         checks, error = check_body(body), {}
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in body.notes:
         reporter.note(note)
     verdict = body_verdict(checks=checks, notes=body.notes, errors=error)
-    with claiming({page: file} if output and made is None else {}):
-        write_page(body, page, checks=checks, notes=body.notes, inputs=made, errors=error or None, verdict=verdict)
+    with claiming({page: file} if output and file.suffix != ".toml" else {}):
+        shown = BodyPage(body, checks=checks, notes=body.notes, inputs=made, errors=error or None, verdict=verdict)
+        write_page(shown, page)
     reporter.wrote(page)
     if browser:
         reporter.wrote(print_page(page, browser))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,9 +13,9 @@ from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.drawn import Drawn
     from modalprep.pipeline.loaded import Loaded
     from modalprep.pipeline.responses.strength import Strength
-    from modalprep.pipeline.run import Outcome
     from modalprep.pipeline.systems.systems import Simulated
 
 Target = Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")]
@@ -55,34 +56,32 @@ def simulate(
     from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.drawn_runs import plot_runs
-    from modalprep.pipeline.run import Outcome, strength_sections
-    from modalprep.pipeline.systems.page import page_of_run
+    from modalprep.pipeline.drawn import plot_runs
+    from modalprep.pipeline.outcome import Outcome
+    from modalprep.pipeline.pages import page_of_run
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
     _refuse_options(animate, colour, vtu)
     source, output = with_settings(file, settings or [], output)
-    file, pipeline, reporter = source.path, source.pipeline, Reporter(quiet=as_json or quiet)
+    reporter = Reporter(quiet=as_json or quiet)
     if animate:
         refuse_overwriting([animate], [*needed_files(source), *([target] if target else [])])
     how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
     done = simulate_pipeline(source, output, reporter, target=target, **how)
-    folder, asked = target.parent if target else output_folder(file, output), pipeline.require
-    outcome = Outcome(folder, simulated=done, notes=list(done.notes), require=asked)
-    outcome.plots = plot_runs(source, done, outcome.folder, reporter)
-    if pipeline.srs or pipeline.fatigue:
-        outcome.strength = _strength(source, done, outcome.folder, reporter)
-        outcome.sections = strength_sections(outcome.strength)
-        outcome.notes += outcome.strength.notes
-    _pictures(source, outcome, (animate, colour, vtu), reporter)
+    folder = target.parent if target else output_folder(source.path, output)
+    plots = plot_runs(source, done, folder, reporter)
+    strength = _strength(source, done, folder, reporter)
+    drawn = replace(_film(source, done, folder, (animate, colour), reporter), plots=plots)
+    if vtu:
+        _series(done, vtu, reporter)
+    outcome = Outcome(folder, source.pipeline, simulated=done, run_drawn=drawn, strength=strength)
     if report:
-        more = {"plots": outcome.plots, "film": outcome.film, "sections": outcome.sections}
-        page_of_run(source, done, reporter, verdict=outcome.verdict, **more)
+        page_of_run(source, outcome, reporter)
     if as_json:
         print_json(summary.simulation(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
-    end_with(outcome.verdict, reporter, file)
+    end_with(outcome.verdict, reporter, source.path)
 
 
 def _refuse_options(animate: Path | None, colour: str | None, vtu: Path | None) -> None:
@@ -101,44 +100,38 @@ def _refuse_options(animate: Path | None, colour: str | None, vtu: Path | None) 
         check_target(animate)
 
 
-def _pictures(
-    source: Loaded,
-    outcome: Outcome,
-    wanted: tuple[Path | None, str | None, Path | None],
-    reporter: Reporter,
-) -> None:
-    """Draw the film that the options or the file ask for, and write the series."""
-    from modalprep.pipeline.drawn_runs import film_run
+def _film(
+    source: Loaded, done: Simulated, folder: Path, wanted: tuple[Path | None, str | None], reporter: Reporter
+) -> Drawn:
+    """Draw the film that the options or the file ask for."""
+    from modalprep.pipeline.drawn import Drawn, film_run
+    from modalprep.pipeline.film import draw_film
 
-    (animate, colour, vtu), done = wanted, outcome.simulated
-    if animate:
-        from modalprep.pipeline.film import draw_film
-
-        drawn = source.pipeline.film
-        drawn = drawn if colour is None else drawn.model_copy(update={"colour": colour})
-        outcome.film = reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
-    else:
-        outcome.film = film_run(source, done, outcome.folder, reporter, [])
-    if vtu:
-        _series(done, vtu, reporter)
+    animate, colour = wanted
+    if not animate:
+        return film_run(source, done, folder, reporter)
+    table = source.pipeline.film if colour is None else source.pipeline.film.model_copy(update={"colour": colour})
+    return Drawn(film=reporter.wrote(draw_film(table, done.system, done.main, animate)))
 
 
-def _strength(source: Loaded, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
+def _strength(source: Loaded, done: Simulated, folder: Path, reporter: Reporter) -> Strength | None:
     """Compute shock spectra and damage of the run; those of responses are left to the command run."""
+    tables = {**source.pipeline.srs, **source.pipeline.fatigue}
+    if not tables:
+        return None
     from modalprep.pipeline.responses.strength import strength
 
-    tables = {**source.pipeline.srs, **source.pipeline.fatigue}
     left = [name for name, table in tables.items() if table.response is not None]
     if left:
         reporter.say(f"  note: {', '.join(left)}: of a response, which modalprep run computes")
-    return strength(source, {}, next(iter(done.runs.values())), folder, reporter)
+    return strength(source, {}, done.main, folder, reporter)
 
 
 def _series(done: Simulated, target: Path, reporter: Reporter) -> None:
     """Write the flexible bodies of a run as time series, each in a file of its name if there are several."""
     from modalprep.formats.vtu import write_vtu_series
 
-    run = next(iter(done.runs.values()))
+    run = done.main
     bodies = {name: body for name, body in done.system.bodies.items() if body.n and body.cells}
     for name, body in bodies.items():
         file = target if len(bodies) == 1 else target.with_name(f"{target.stem}-{name}{target.suffix}")

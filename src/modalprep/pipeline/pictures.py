@@ -11,6 +11,7 @@ from pathlib import Path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.drawn import Drawn, not_drawn
 from modalprep.report.painter import Painter
 from modalprep.report.pictures.render import is_untried, render_mesh, try_ahead
 from modalprep.report.pictures.sheet import render_modes
@@ -37,28 +38,20 @@ class Pictures:
         if self.painter and body.shape.nbytes < MOST:
             self.painter.begin(body, *self._files(body, file))
 
-    def draw(
-        self, body: FlexibleBody, file: Path, reporter: Reporter, notes: list[str]
-    ) -> tuple[Path | None, dict[int, Path]]:
-        """Draw what the painter has not drawn, or report in one line why not.
-
-        Returns
-        -------
-        The mesh picture, and the picture of each mode (counted from 1).
-        """
+    def draw(self, body: FlexibleBody, file: Path, reporter: Reporter) -> Drawn:
+        """Draw what the painter has not drawn, or report in one line why not."""
         mesh_picture, pictures = self._files(body, file)
         if not pictures:
-            return None, {}
+            return Drawn()
         with reporter.progress("pictures", len(pictures), unit="modes") as done:
             try:
                 for mode in self._drawn(body, mesh_picture, pictures):
                     done(mode)
             except RenderError as error:
-                not_drawn(error, notes, reporter)
-                return None, {}
+                return not_drawn(error, reporter)
         reporter.files += [mesh_picture, *pictures.values()]
         reporter.say(f"  wrote {len(pictures)} mode pictures {file.stem}-mode-*.png")
-        return mesh_picture, pictures
+        return Drawn(mesh=mesh_picture, modes=pictures)
 
     def _drawn(self, body: FlexibleBody, mesh_picture: Path, pictures: dict[int, Path]) -> Iterator[int]:
         """Yield the number of modes that are drawn, from 0 for the mesh."""
@@ -99,9 +92,3 @@ def counted(wanted: str | int, modes: int) -> int:
     (12, 0, 8)
     """
     return {"none": 0, "kept": modes}.get(wanted, wanted)
-
-
-def not_drawn(error: RenderError, notes: list[str], reporter: Reporter) -> None:
-    """Report in one line why there is no picture."""
-    notes.append(f"pictures not drawn: {error}")
-    reporter.say(f"  {notes[-1]}")

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from modalprep.report.body_page.table import Table as Table
     from modalprep.report.charts.mass_chart import effective_mass_plot as effective_mass_plot
     from modalprep.report.charts.plots import history_plot as history_plot
+    from modalprep.report.page import BodyPage as BodyPage
     from modalprep.report.page import write_page as write_page
     from modalprep.report.pictures.animation import animate_mode as animate_mode
     from modalprep.report.pictures.mesh_picture import render_findings as render_findings
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.system_animation import animate_system as animate_system
     from modalprep.report.pictures.system_animation import render_motion as render_motion
     from modalprep.report.pictures.system_parts import FilmStyle as FilmStyle
+    from modalprep.report.run_page.page import RunPage as RunPage
     from modalprep.report.run_page.page import write_run_page as write_run_page
     from modalprep.report.view.page import view_body as view_body
     from modalprep.report.view.page import view_mesh as view_mesh
     from modalprep.report.view.page import view_run as view_run
 
 _NAMES = {
-    "page": "write_page",
+    "page": "BodyPage write_page",
     "body_page.inputs": "Inputs",
     "body_page.section": "Section chart paragraph",
     "body_page.table": "Table",
@@ -40,7 +42,7 @@ _NAMES = {
     "pictures.system_parts": "FilmStyle",
     "charts.mass_chart": "effective_mass_plot",
     "charts.plots": "history_plot",
-    "run_page.page": "write_run_page",
+    "run_page.page": "RunPage write_run_page",
     "view.page": "view_body view_mesh view_run",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

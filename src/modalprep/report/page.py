@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,32 +28,13 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.envelopes import Envelope
 
 
-def write_page(
-    body: FlexibleBody,
-    path: str | Path,
-    *,
-    pictures: Mapping[int, Path] | None = None,
-    mesh_picture: Path | None = None,
-    plots: Sequence[tuple[str, Path]] = (),
-    checks: Sequence[Check] = (),
-    notes: Sequence[str] = (),
-    errors: Mapping[str, tuple[Any, Any]] | None = None,
-    error_axes: tuple[str, str] = ("frequency (Hz)", "relative error"),
-    mass_plot: Path | None = None,
-    nodal_mass: np.ndarray | None = None,
-    envelopes: Sequence[Envelope] = (),
-    sections: Sequence[Section] = (),
-    inputs: Inputs | None = None,
-    requirements: Sequence[Requirement] = (),
-    verdict: Verdict | None = None,
-    error_limits: Mapping[str, float] | None = None,
-) -> Path:
-    """Write the page: a box with the verdict, contents, inputs, modes, MAC, recoveries, errors, checks, provenance.
+@dataclass(frozen=True)
+class BodyPage:
+    """What the page of a body shows.
 
-    The page is one file; it loads no script, style or picture from elsewhere.
-
-    Parameters
+    Attributes
     ----------
+    body : FlexibleBody
     pictures : {mode: picture file}
         Of the body's own modes, counted from 1.
     plots : sequence of (title, picture file)
@@ -80,6 +61,54 @@ def write_page(
     error_limits : {label: float}, optional
         Of `errors`; others are not checked.
 
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> BodyPage(uniform_beam(modes=2), notes=["its mass is implausible"]).judged().word
+    'PASS WITH WARNINGS'
+    """
+
+    body: FlexibleBody
+    _: KW_ONLY
+    pictures: Mapping[int, Path] | None = None
+    mesh_picture: Path | None = None
+    plots: Sequence[tuple[str, Path]] = ()
+    checks: Sequence[Check] = ()
+    notes: Sequence[str] = ()
+    errors: Mapping[str, tuple[Any, Any]] | None = None
+    error_axes: tuple[str, str] = ("frequency (Hz)", "relative error")
+    mass_plot: Path | None = None
+    nodal_mass: np.ndarray | None = None
+    envelopes: Sequence[Envelope] = ()
+    sections: Sequence[Section] = ()
+    inputs: Inputs = field(default_factory=Inputs)
+    requirements: Sequence[Requirement] = ()
+    verdict: Verdict | None = None
+    error_limits: Mapping[str, float] | None = None
+
+    def judged(self) -> Verdict:
+        """Return the verdict for the box."""
+        return self.verdict or body_verdict(
+            checks=self.checks,
+            notes=self.notes,
+            envelopes=self.envelopes,
+            errors=self.errors,
+            error_limits=self.error_limits,
+            requirements=[*self.requirements, *_of_sections(self.sections)],
+        )
+
+
+def write_page(shown: BodyPage | FlexibleBody, path: str | Path) -> Path:
+    """Write the page: a box with the verdict, contents, inputs, modes, MAC, recoveries, errors, checks, provenance.
+
+    The page is one file; it loads no script, style or picture from elsewhere.
+
+    Parameters
+    ----------
+    shown : BodyPage or FlexibleBody
+        Of a body alone the page shows what the body holds.
+    path : str or Path
+
     Returns
     -------
     Path
@@ -98,30 +127,24 @@ def write_page(
     >>> "Mode selection" in page.read_text(encoding="utf-8")
     True
     """
-    drawn, inputs, chart = drawable(body), inputs or Inputs(), mac_chart(body, nodal_mass)
-    verdict = verdict or body_verdict(
-        checks=checks,
-        notes=notes,
-        envelopes=envelopes,
-        errors=errors,
-        error_limits=error_limits,
-        requirements=[*requirements, *_of_sections(sections)],
-    )
+    shown = shown if isinstance(shown, BodyPage) else BodyPage(shown)
+    body, inputs, verdict = shown.body, shown.inputs, shown.judged()
+    drawn, chart = drawable(body), mac_chart(body, shown.nodal_mass)
     found = [
         parts.in_short(describe_body(body), verdict),
-        parts.overview(body, notes, mesh_picture),
+        parts.overview(body, shown.notes, shown.mesh_picture),
         mass_section(body),
         *parts.requirements(verdict),
         inputs_section(inputs),
-        *parts.modes(body, drawn, pictures or {}),
-        parts.selection(body.modes, mass_plot),
+        *parts.modes(body, drawn, shown.pictures or {}),
+        parts.selection(body.modes, shown.mass_plot),
         *energy_section(inputs),
         *parts.mac(chart),
         *parts.recoveries(body),
-        *parts.simulation(plots, envelopes),
-        *sections,
-        *parts.errors(errors, error_axes),
-        *parts.checks(checks),
+        *parts.simulation(shown.plots, shown.envelopes),
+        *shown.sections,
+        *parts.errors(shown.errors, shown.error_axes),
+        *parts.checks(shown.checks),
         *parts.provenance({"Files (SHA-256)": inputs.files, "Program": inputs.made, "Body": body.provenance}),
     ]
     data = {"scene": drawn[0], "mac-values": chart and _values(chart)}

@@ -9,7 +9,7 @@ import pytest
 from report.test_page import HOSTILE, outline
 
 from modalprep.report import Section, Table, paragraph
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 from modalprep.verdicts.verdict import Requirement
 
 ROWS = [("left, upper", 1 / 3, True, None), ("right", -2e-7, False, 4)]
@@ -36,7 +36,7 @@ def test_csv_has_the_numbers_in_full(struts):
 def test_sections_stand_on_the_page_with_their_anchor(cantilever, struts, tmp_path):
     section = Section(title="Strut <forces>", anchor="struts", html=paragraph("a < b") + struts.html(),
                       requirements=[Requirement(name="margin", result="passed")])  # fmt: skip
-    page = outline(write_page(cantilever, tmp_path / "p.html", sections=[section]))
+    page = outline(write_page(BodyPage(cantilever, sections=[section]), tmp_path / "p.html"))
     assert ("section", "struts") in [(tag, attrs.get("id")) for tag, attrs in page.tags]
     for words in ("Strut <forces>", "a < b", "left, upper", "0.33333"):
         assert words in page.text

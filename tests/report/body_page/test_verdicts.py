@@ -10,7 +10,7 @@ from modalprep.body.checks import Check
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.reduction import notes as of_reduction
 from modalprep.report import Section, paragraph
-from modalprep.report.page import write_page
+from modalprep.report.page import BodyPage, write_page
 from modalprep.verdicts.notes import kind_of
 from modalprep.verdicts.verdict import Requirement
 
@@ -26,7 +26,7 @@ def envelope(highest):
 
 def box(body, tmp_path, **options) -> str:
     """Return the text of the box."""
-    text = write_page(body, tmp_path / "p.html", **options).read_text(encoding="utf-8")
+    text = write_page(BodyPage(body, **options), tmp_path / "p.html").read_text(encoding="utf-8")
     return re.search(r'<div class="box .*?</header>', text, re.DOTALL)[0]
 
 
@@ -71,7 +71,7 @@ def test_margins_and_errors_within_their_limits_pass(cantilever, tmp_path):
 
 
 def test_contents_lead_to_every_section(cantilever, tmp_path):
-    page = outline(write_page(cantilever, tmp_path / "p.html", checks=[GOOD], errors={"e": ([1, 2], [3, 4])}))
+    page = outline(write_page(BodyPage(cantilever, checks=[GOOD], errors={"e": ([1, 2], [3, 4])}), tmp_path / "p.html"))
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids))
     links = [attrs["href"][1:] for tag, attrs in page.tags if tag == "a" and attrs["href"].startswith("#")]

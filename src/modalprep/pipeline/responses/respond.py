@@ -45,6 +45,11 @@ class Responded:
     cut: NotchedInput | None = None
     notch_plot: Path | None = None
 
+    @property
+    def notes(self) -> list[str]:
+        """What the user should know of it."""
+        return [f"response {self.name}: {note}" for note in self.response.notes]
+
 
 def refuse_responses(source: Loaded) -> None:
     """Refuse inputs and channels that cannot be there, before the body is built.

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
     from modalprep.multibody.results.envelopes import Envelope
     from modalprep.multibody.results.result import Result
+    from modalprep.pipeline.outcome import Outcome
     from modalprep.pipeline.responses.respond import Responded
-    from modalprep.pipeline.run import Outcome
-    from modalprep.pipeline.systems.systems import Simulated
 
 LOWEST = 10  # frequencies that are stated
 Quantity = int | float | str
@@ -45,7 +44,7 @@ def quantities(outcome: Outcome) -> dict[str, Quantity]:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from modalprep.pipeline.run import Outcome
+    >>> from modalprep.pipeline.outcome import Outcome
     >>> quantities(Outcome(Path("output")))
     {'verdict': 'NOT CHECKED', 'not_met': 0, 'warnings': 0}
     """
@@ -54,8 +53,9 @@ def quantities(outcome: Outcome) -> dict[str, Quantity]:
 
 
 def _stated(outcome: Outcome) -> Stated:
-    if outcome.simulated is not None and outcome.collect is not None:
-        yield from collected(_run(outcome.simulated), outcome.collect.channels, outcome.collect.statistics)
+    collect = outcome.asked.collect if outcome.asked else None
+    if outcome.simulated is not None and collect is not None:
+        yield from collected(outcome.simulated.main, collect.channels, collect.statistics)
     if outcome.built is not None:
         yield from _of_body(outcome.built.body)
         if outcome.built.error is not None:
@@ -125,18 +125,13 @@ def _of_analysis(outcome: Outcome) -> Stated:
 def _of_simulation(outcome: Outcome) -> Stated:
     if outcome.simulated is None:
         return
-    yield from _of_run(_run(outcome.simulated))
+    yield from _of_run(outcome.simulated.main)
     for envelope in outcome.simulated.envelopes:
         yield from _of_envelope(envelope)
     counts = summary.ensemble(outcome.simulated.ensemble)
     for status, count in counts.items():
         if isinstance(count, int):
             yield "cases" if status == "cases" else f"cases_{status}", count
-
-
-def _run(simulated: Simulated) -> Result:
-    """Return the main run."""
-    return next(iter(simulated.runs.values()))
 
 
 def _of_run(run: Result) -> Stated:

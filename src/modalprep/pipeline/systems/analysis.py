@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,7 @@ class Analysed:
         )
         return (Requirement(name="linear equations", result=FAILED, says=says),)
 
-    @property
+    @cached_property
     def verdict(self) -> Verdict:
         """PASS, PASS WITH WARNINGS or FAIL, with the reasons."""
         found = Requirement(name="analysis", result=PASSED, says="it found what was asked for")

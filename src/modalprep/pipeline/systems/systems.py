@@ -60,6 +60,11 @@ class Simulated:
     envelopes: tuple[Envelope, ...] = ()
 
     @property
+    def main(self) -> Result:
+        """The main run."""
+        return next(iter(self.runs.values()))
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the user should know about the bodies, about each run and about the ensemble."""
         runs = [f"{label}: {note}" for label, run in self.runs.items() for note in run.notes]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modalprep.atomic import atomic_path
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.results.validity import audits, failures
+from modalprep.multibody.results.validity import audits
 from modalprep.report.body_page import parts as body_parts
 from modalprep.report.body_page.frame import page_text
 from modalprep.report.body_page.inputs import Inputs, inputs_section
@@ -19,36 +20,19 @@ from modalprep.report.numbers import number
 from modalprep.report.run_page import parts
 from modalprep.report.run_page.channels import shown_channels
 from modalprep.verdicts.notes import kind_of, warnings_of
-from modalprep.verdicts.verdict import Verdict
+from modalprep.verdicts.verdict import FAILED, Verdict
 
 if TYPE_CHECKING:
     from modalprep.multibody.model.system import System
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.verdicts.verdict import Requirement
 
 
-def write_run_page(
-    run: Result,
-    path: str | Path,
-    *,
-    name: str = "",
-    system: System | None = None,
-    rtol: float = 1e-5,
-    settings: Mapping[str, str] | None = None,
-    channels: Sequence[str] = (),
-    plots: Sequence[tuple[str, Path]] = (),
-    plotted: Sequence[str] = (),
-    film: Path | None = None,
-    envelopes: Sequence[Envelope] = (),
-    notes: Sequence[str] = (),
-    sections: Sequence[Section] = (),
-    inputs: Inputs | None = None,
-    verdict: Verdict | None = None,
-) -> Path:
-    """Write the page: verdict, method and tolerance, system, audits, events, extremes, plots, film, inputs, sign-off.
+@dataclass(frozen=True)
+class RunPage:
+    """What the page of a run shows.
 
-    The page is one file; it loads no script, style or picture from elsewhere.
-
-    Parameters
+    Attributes
     ----------
     run : Result
         Of a simulation.
@@ -77,6 +61,51 @@ def write_run_page(
     verdict : Verdict, optional
         For the box at the top; by default that of the audits, the extremes, the sections and the messages.
 
+    Examples
+    --------
+    >>> run = Result(time=np.zeros(1), channels={}, status="done", message="")
+    >>> RunPage(run, notes=["it turned over", "it turned over"]).told
+    ['it turned over']
+    """
+
+    run: Result
+    _: KW_ONLY
+    name: str = ""
+    system: System | None = None
+    rtol: float = 1e-5
+    settings: Mapping[str, str] = field(default_factory=dict)
+    channels: Sequence[str] = ()
+    plots: Sequence[tuple[str, Path]] = ()
+    plotted: Sequence[str] = ()
+    film: Path | None = None
+    envelopes: Sequence[Envelope] = ()
+    notes: Sequence[str] = ()
+    sections: Sequence[Section] = ()
+    inputs: Inputs = field(default_factory=Inputs)
+    verdict: Verdict | None = None
+
+    @property
+    def told(self) -> list[str]:
+        """The messages, each once."""
+        return list(dict.fromkeys(self.notes or self.run.notes))
+
+    def judged(self, audited: Sequence[Requirement]) -> Verdict:
+        """Return the verdict for the box."""
+        met = [*audited, *of_envelopes(self.envelopes), *(r for part in self.sections for r in part.requirements)]
+        return self.verdict or Verdict.of(met, warnings_of(self.told))
+
+
+def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
+    """Write the page: verdict, method and tolerance, system, audits, events, extremes, plots, film, inputs, sign-off.
+
+    The page is one file; it loads no script, style or picture from elsewhere.
+
+    Parameters
+    ----------
+    shown : RunPage or Result
+        Of a result alone the page shows what the result holds.
+    path : str or Path
+
     Returns
     -------
     Path
@@ -89,7 +118,6 @@ def write_run_page(
 
     Examples
     --------
-    >>> import numpy as np
     >>> import tempfile
     >>> t = np.linspace(0.0, 1.0)
     >>> run = Result(time=t, channels={"hinge.angle": t**2}, status="done", message="reached t = 1 s")
@@ -97,32 +125,30 @@ def write_run_page(
     >>> "reached t = 1 s" in page.read_text(encoding="utf-8")
     True
     """
-    inputs, title = inputs or Inputs(), name or Path(path).stem
-    mass = sum(body.m for body in system.bodies.values()) if system else 0.0
-    shown, told = shown_channels(run, channels), list(dict.fromkeys(notes or run.notes))
-    if verdict is None:
-        met = [*audits(run, rtol, mass), *of_envelopes(envelopes), *(r for part in sections for r in part.requirements)]
-        verdict = Verdict.of(met, warnings_of(told))
+    shown = shown if isinstance(shown, RunPage) else RunPage(shown)
+    run, system, rtol, inputs = shown.run, shown.system, shown.rtol, shown.inputs
+    audited = audits(run, rtol, sum(body.m for body in system.bodies.values()) if system else 0.0)
+    verdict, channels = shown.judged(audited), shown_channels(run, shown.channels)
     found = [
         body_parts.in_short(describe_run(run), verdict),
         *body_parts.requirements(verdict),
         parts.the_run(
             run,
-            {"relative tolerance": number(rtol)} | dict(settings or {}),
-            [note for note in told if kind_of(note) == "notes"],
+            {"relative tolerance": number(rtol)} | dict(shown.settings),
+            [note for note in shown.told if kind_of(note) == "notes"],
         ),
         *parts.the_system(system),
-        parts.audits(run, rtol, failures(run, rtol, mass)),
+        parts.audits(run, rtol, [audit.says for audit in audited if audit.result == FAILED]),
         *parts.events(run),
-        *body_parts.simulation((), envelopes),
-        *sections,
-        *parts.histories(run, shown, plots, plotted),
-        *parts.film(film),
-        *parts.extremes(run, shown),
+        *body_parts.simulation((), shown.envelopes),
+        *shown.sections,
+        *parts.histories(run, channels, shown.plots, shown.plotted),
+        *parts.film(shown.film),
+        *parts.extremes(run, channels),
         *([inputs_section(inputs)] if inputs.text else []),
         *body_parts.provenance({"Files (SHA-256)": inputs.files, "Program": inputs.made}),
     ]
-    text = page_text(title, "run of a system", _lead(run, system), found, verdict)
+    text = page_text(shown.name or Path(path).stem, "run of a system", _lead(run, system), found, verdict)
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)

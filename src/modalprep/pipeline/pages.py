@@ -1,0 +1,98 @@
+"""The pages of a run: of its body, and of its simulation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.loaded import Loaded
+from modalprep.pipeline.outcome import Outcome
+from modalprep.program import file_digest
+from modalprep.report.body_page.section import Section
+from modalprep.report.numbers import number
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.schema.system import SimulationTable
+    from modalprep.pipeline.systems.systems import Simulated
+
+
+def page_of_body(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
+    """Write the page of the body of a pipeline file beside its modal file, as ``NAME.html``."""
+    from modalprep.pipeline.build.described import body_inputs
+    from modalprep.report.page import BodyPage, write_page
+
+    built, drawn, run = outcome.built, outcome.body_drawn, outcome.run_drawn
+    shown = BodyPage(
+        built.body,
+        pictures=drawn.modes,
+        mesh_picture=drawn.mesh,
+        plots=run.plots if run else (),
+        checks=built.checks,
+        notes=outcome.notes,
+        errors=built.error_curves or None,
+        mass_plot=outcome.exported.mass_plot,
+        envelopes=outcome.simulated.envelopes if outcome.simulated else (),
+        sections=_sections(source, outcome),
+        inputs=body_inputs(source, built),
+        verdict=outcome.verdict,
+    )
+    return reporter.wrote(write_page(shown, outcome.folder / f"{built.file.stem}.html"))
+
+
+def _sections(source: Loaded, outcome: Outcome) -> list[Section]:
+    """Return the sections of a page of what the file asks for besides its body and its run."""
+    from modalprep.report.body_page.convergence import convergence_section
+    from modalprep.report.body_page.responses import fatigue_section, response_section, shock_section
+    from modalprep.report.correlation.sensitivity import sensitivity_section
+
+    found = [convergence_section(outcome.built.convergence)] if outcome.built and outcome.built.convergence else []
+    found += [response_section(x.name, x.response, x.plot, x.cut, x.notch_plot) for x in outcome.responses]
+    if outcome.sensitivities is not None:
+        chart = outcome.folder / f"{source.path.stem}-sensitivities.png"
+        found.append(sensitivity_section(outcome.sensitivities, chart))
+    if outcome.strength is not None:
+        found += [shock_section(name, plot) for name, plot in outcome.strength.plots.items()]
+        found += [fatigue_section(name, damage) for name, damage in outcome.strength.fatigue.items()]
+    return found
+
+
+def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
+    """Write the page of the main run of a pipeline file beside its results, as ``NAME-run.html``.
+
+    Its damage stands there where there is no page of a body.
+    """
+    from modalprep.pipeline.build.inputs import page_inputs
+    from modalprep.report.run_page.page import RunPage, write_run_page
+
+    pipeline, simulated, plots = source.pipeline, outcome.simulated, outcome.run_drawn.plots
+    result, stem = simulated.files[0], f"{source.path.stem}-ensemble"
+    cases = [file for file in reporter.files if file.suffix == ".png" and stem in file.name]
+    shown = RunPage(
+        simulated.main,
+        name=source.body_name,
+        system=simulated.system,
+        rtol=pipeline.simulation.rtol,
+        settings=_settings(pipeline.simulation, simulated),
+        channels=pipeline.simulation.output,
+        plots=[*plots, *((f"cases of the ensemble: {file.name}", file) for file in cases)],
+        plotted=[channel for plot in pipeline.plots for channel in plot.channels] if plots else (),
+        film=outcome.run_drawn.film,
+        envelopes=simulated.envelopes,
+        notes=simulated.notes,
+        sections=[] if outcome.built else _sections(source, outcome),
+        inputs=page_inputs(source, {result.name: file_digest(result)}),
+        verdict=outcome.verdict,
+    )
+    return reporter.wrote(write_run_page(shown, result.with_suffix(".html")))
+
+
+def _settings(table: SimulationTable, simulated: Simulated) -> dict[str, str]:
+    """Return what the file asks of the integration, and what else was run."""
+    asked = {"absolute tolerance": number(table.atol), "method asked for": table.method}
+    asked |= {"output step": f"{number(table.output_step)} s", "theory": ", ".join(simulated.runs)}
+    if table.variables != "joint":
+        asked["variables"] = table.variables
+    if simulated.ensemble is not None:
+        asked["ensemble"] = f"{len(simulated.ensemble)} cases besides this run"
+    return asked
