@@ -14,7 +14,7 @@ from integrators import chain, link
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 
 PIPELINES = Path(__file__).parents[1] / "pipelines"

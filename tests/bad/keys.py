@@ -8,10 +8,10 @@ import modalprep as mp
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.pipeline.build.build import read_bodies
-from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema import chain, changing, environment, force_elements
 from modalprep.pipeline.schema import system as system_tables
 from modalprep.pipeline.schema.changing import read_events
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import system_of
 
 BODY = {"mass": 2.0, "centre": [0.4, 0.1, 0.05], "inertia": [0.2, 0.5, 0.6, 0.02, -0.03, 0.01]}

@@ -8,10 +8,10 @@ from bad.keys import Family
 
 from modalprep.pipeline.build.compute import compute_body
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
 from modalprep.pipeline.responses.respond import computed, refuse_responses
 from modalprep.pipeline.responses.strength import strength
 from modalprep.pipeline.schema import fe, properties, reduction
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.schema.responses import response
 from modalprep.pipeline.schema.responses import strength as of_strength
 

@@ -5,6 +5,7 @@ import threading
 import time
 import weakref
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,7 @@ from modalprep.cli.interrupt import PAUSE
 from modalprep.pipeline import run
 
 PATIENCE = 600 * PAUSE
+JOB = str(Path(__file__).parents[2] / "pipelines" / "double-pendulum.toml")
 
 
 def ctrl_c():
@@ -58,7 +60,7 @@ def handled():
 
 def interrupted(work, monkeypatch, capsys) -> bool:
     monkeypatch.setattr(run, "run_pipeline", lambda *given, **options: work())
-    return (main(["run", "job.toml"]), *capsys.readouterr()) == (130, "", "modalprep: interrupted\n")
+    return (main(["run", JOB]), *capsys.readouterr()) == (130, "", "modalprep: interrupted\n")
 
 
 @pytest.mark.usefixtures("handled")
@@ -112,7 +114,7 @@ def test_other_exceptions_of_finalisers_are_still_reported(monkeypatch):
     monkeypatch.setattr("sys.unraisablehook", lambda lost: reported.append(str(lost.exc_value)))
     monkeypatch.setattr(run, "run_pipeline", lambda *given, **options: Faulty() and None)
     with suppress(AttributeError):  # of the outcome, which is None
-        main(["run", "job.toml"])
+        main(["run", JOB])
     assert reported == ["not silenced"]
 
 

@@ -24,7 +24,7 @@ from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.task import JobTask
 from modalprep.pipeline.batch.work import work
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.program import program
 from modalprep.workers.processes import Processes
 from modalprep.workers.shares import THREADS, share_threads

@@ -12,7 +12,7 @@ from modalprep.pipeline.batch.job import Job, Setting
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.plan import Batch, Shard, plan_batch
 from modalprep.pipeline.batch.work import work
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.program import program
 
 ASSEMBLY = """

@@ -6,7 +6,7 @@ import pytest
 from modalprep.errors import InputError
 from modalprep.multibody.analysis.system_modes import system_modes
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 
 ROD = "mass = 0.05, centre = [0.025, 0, 0], inertia = [0, 1.0416666667e-5, 1.0416666667e-5]"

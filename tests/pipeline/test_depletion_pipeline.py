@@ -6,7 +6,7 @@ import pytest
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.analysis import analyse_pipeline
 from modalprep.pipeline.systems.read import read_system
 

@@ -6,8 +6,8 @@ import pytest
 from modalprep.errors import InputError
 from modalprep.multibody.model.hydrodynamics import ImmersedRod
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema.changing import read_events
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import simulate_pipeline
 

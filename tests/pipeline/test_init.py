@@ -20,7 +20,7 @@ from modalprep.formats.export import export_body
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.init.survey import survey
 from modalprep.pipeline.init.write import init_pipeline
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.report.pictures.system_animation import animate_system
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data"))

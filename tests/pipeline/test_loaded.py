@@ -10,7 +10,7 @@ from modalprep.cli import main
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Job, Setting
 from modalprep.pipeline.batch.work import work
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.program import program
 
 PARTS = """

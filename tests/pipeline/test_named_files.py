@@ -18,8 +18,8 @@ from modalprep.pipeline.batch.grid import find_jobs, plan_jobs
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.settings import with_settings
 from modalprep.pipeline.build.sources import needed_files, source_files
-from modalprep.pipeline.loaded import load
 from modalprep.pipeline.schema.base import DeckName, FileName, named_files
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 SYSTEM = "[simulation]\nt_end = 1.0\n[bodies.a]\nmass = 1.0\n"

@@ -9,7 +9,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.multibody.elements.hinge import CONSTANTS
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import simulate_pipeline

@@ -48,7 +48,7 @@ LAYERS = {
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
-        "schema.reduction", "schema.responses", "schema", "loaded", "build", "systems", "responses", "film", "view",
+        "schema.reduction", "schema.responses", "schema", "build", "systems", "responses", "film", "view",
         "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
     ),
 }  # fmt: skip

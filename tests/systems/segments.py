@@ -12,7 +12,7 @@ from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import Simulated, simulate_pipeline
 

@@ -38,7 +38,6 @@ def modes(
     from modalprep.pipeline.console import Reporter
     from modalprep.report.body_page.inputs import Inputs
     from modalprep.report.body_page.printing import find_browser, print_page
-    from modalprep.report.body_page.requirements import body_verdict
     from modalprep.report.page import BodyPage, write_page
     from modalprep.report.tables import body_summary, mode_table
 
@@ -68,18 +67,17 @@ def modes(
     mode_table(body.modes, reporter.console)
     for note in body.notes:
         reporter.note(note)
-    verdict = body_verdict(checks=checks, notes=body.notes, errors=error)
+    shown = BodyPage(body, checks=checks, notes=body.notes, errors=error, inputs=made)
     with claiming({page: file} if output and file.suffix != ".toml" else {}):
-        shown = BodyPage(body, checks=checks, notes=body.notes, inputs=made, errors=error or None, verdict=verdict)
         write_page(shown, page)
     reporter.wrote(page)
     if browser:
         reporter.wrote(print_page(page, browser))
     if as_json:
         found = {"modes": summary.mode_rows(body.modes), "frequency_Hz": body.frequency.tolist()}
-        found |= {"mode_names": list(body.mode_names), "page": str(page), "verdict": verdict.summary()}
+        found |= {"mode_names": list(body.mode_names), "page": str(page), "verdict": shown.judgement.summary()}
         print_json(found)
-    end_with(verdict, reporter, file)
+    end_with(shown.judgement, reporter, file)
 
 
 @app.command()

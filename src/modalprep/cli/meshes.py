@@ -13,7 +13,7 @@ from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.loaded import Loaded
+    from modalprep.pipeline.schema.load import Loaded
 
 
 @app.command()
@@ -76,7 +76,11 @@ def quality(
     from modalprep.report.check_tables import quality_table
 
     reporter = Reporter(quiet=as_json)
-    source = _loaded(file) if file.suffix == ".toml" else None
+    source = None
+    if file.suffix == ".toml":
+        from modalprep.pipeline.schema.load import load
+
+        source = load(file)
     if picture:
         from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 
@@ -216,12 +220,6 @@ def _parameters(given: Sequence[str]) -> dict[str, str]:
             raise InputError(f"--param {name} is given twice, as {found[name]} and {value}; keep one")
         found[name] = value
     return found
-
-
-def _loaded(file: Path) -> Loaded:
-    from modalprep.pipeline.loaded import load
-
-    return load(file)
 
 
 def _mesh_quality(file: Path | Loaded, length_unit: str) -> tuple[Any, Any]:

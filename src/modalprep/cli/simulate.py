@@ -14,8 +14,8 @@ from modalprep.report import summary
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.drawn import Drawn
-    from modalprep.pipeline.loaded import Loaded
     from modalprep.pipeline.responses.strength import Strength
+    from modalprep.pipeline.schema.load import Loaded
     from modalprep.pipeline.systems.systems import Simulated
 
 Target = Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")]
@@ -116,15 +116,13 @@ def _film(
 
 def _strength(source: Loaded, done: Simulated, folder: Path, reporter: Reporter) -> Strength | None:
     """Compute shock spectra and damage of the run; those of responses are left to the command run."""
-    tables = {**source.pipeline.srs, **source.pipeline.fatigue}
-    if not tables:
-        return None
-    from modalprep.pipeline.responses.strength import strength
+    from modalprep.pipeline.run import strength_of
 
+    tables = {**source.pipeline.srs, **source.pipeline.fatigue}
     left = [name for name, table in tables.items() if table.response is not None]
     if left:
         reporter.say(f"  note: {', '.join(left)}: of a response, which modalprep run computes")
-    return strength(source, {}, done.main, folder, reporter)
+    return strength_of(source, (), done, folder, reporter)
 
 
 def _series(done: Simulated, target: Path, reporter: Reporter) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from modalprep.errors import RenderError
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
+from modalprep.pipeline.schema.load import Loaded
 
 if TYPE_CHECKING:
     from modalprep.pipeline.systems.systems import Simulated

@@ -11,7 +11,7 @@ from modalprep.formats.resultfile import read_result
 from modalprep.pipeline.build.build import made_bodies
 from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.pictures.animation import check_target
 from modalprep.report.pictures.files import PICTURES

@@ -73,26 +73,21 @@ class Outcome:
     @cached_property
     def verdict(self) -> Verdict:
         """PASS, PASS WITH WARNINGS or FAIL, with the reasons; the same on the page, in JSON and in the terminal."""
-        from modalprep.report.body_page.requirements import (
-            body_verdict,
-            of_damage,
-            of_envelopes,
-            of_errors,
-            of_response,
-        )
+        from modalprep.report.body_page import requirements
         from modalprep.verdicts.notes import warnings_of
         from modalprep.verdicts.verdict import Verdict
 
-        margins = [met for found in self.responses for met in of_response(found.name, found.response)]
-        damages = [of_damage(*found) for found in self.strength.fatigue.items()] if self.strength else []
-        extremes = of_envelopes(self.simulated.envelopes if self.simulated else ())
-        met = [*self._required(), *self.audits, *extremes, *margins, *damages]
         built, limits = self.built, self.asked.reduction.limits if self.asked else {}
+        met = [*self._required(), *self.audits]
+        met += requirements.of_envelopes(self.simulated.envelopes if self.simulated else ())
+        met += [margin for found in self.responses for margin in requirements.of_response(found.name, found.response)]
+        met += [requirements.of_damage(*found) for found in self.strength.fatigue.items()] if self.strength else []
         if built is None:
             return Verdict.of(met, warnings_of(self.notes))
-        static = of_errors({"static responses": ((), built.error.static)}, limits) if built.error else []
-        errors, met = built.error_curves, [*static, *met]
-        return body_verdict(checks=built.checks, notes=self.notes, errors=errors, error_limits=limits, requirements=met)
+        static = {"static responses": ((), built.error.static)} if built.error else {}
+        met = [*(requirements.of_errors(static, limits) if static else ()), *met]
+        found = {"checks": built.checks, "notes": self.notes, "errors": built.error_curves, "error_limits": limits}
+        return requirements.body_verdict(requirements=met, **found)
 
     @cached_property
     def margins(self) -> dict[str, float]:

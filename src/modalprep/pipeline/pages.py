@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.outcome import Outcome
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.program import file_digest
 from modalprep.report.body_page.section import Section
 from modalprep.report.numbers import number

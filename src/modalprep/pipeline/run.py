@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING
 
 from modalprep.errors import RenderError
 from modalprep.extras import need
+from modalprep.pipeline.build.build import build_body
+from modalprep.pipeline.build.built import Built
+from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.build.sources import output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded, load
+from modalprep.pipeline.drawn import Drawn, draw_runs, not_drawn
 from modalprep.pipeline.outcome import Exported, Outcome
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.verdicts.notes import silent
 
 if TYPE_CHECKING:
     from modalprep.correlation.derivatives import Sensitivities
-    from modalprep.pipeline.build.built import Built
-    from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.synthesis import Synthesised
-    from modalprep.pipeline.drawn import Drawn
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
@@ -55,7 +57,6 @@ def run_pipeline(
         With one message each; files written before remain intact. An audit that fails raises nothing, nor does a
         negative margin: see `Outcome.verdict`, with which the command ends.
     """
-    from modalprep.pipeline.build.sources import output_folder
     from modalprep.pipeline.pictures import pictures_beside
 
     source = load(path)
@@ -63,7 +64,7 @@ def run_pipeline(
     pipeline, folder = source.pipeline, output_folder(source.path, output)
     wanted = pipeline.output.pictures if pictures else "none"
     with silent(), pictures_beside(wanted if pipeline.has_body else 0) as painter:
-        built = _built(source, folder, reporter, cache) if pipeline.has_body else None
+        built = build_body(source, folder, reporter, cache) if pipeline.has_body else None
         if built:
             painter.begin(built.body, built.file)
         exported = _exported(source, built, folder, reporter) if built else None
@@ -73,12 +74,12 @@ def run_pipeline(
         system_drawn = _system_drawn(source, synthesised, folder, wanted, reporter) if synthesised else None
         analysed = _analysed(source, output, reporter) if pipeline.analysis else None
         simulated = _simulated(source, output, reporter) if pipeline.simulation else None
-        run_drawn = _run_drawn(source, simulated, folder, reporter) if simulated else None
-        strength = _strength(source, responses, simulated, folder, reporter)
+        run_drawn = draw_runs(source, simulated, folder, reporter) if simulated else None
+        strength = strength_of(source, responses, simulated, folder, reporter)
         body_drawn = painter.draw(built.body, built.file, reporter) if built else None
         body = built, exported, responses, sensitivities, synthesised, system_drawn
         outcome = Outcome(folder, pipeline, *body, analysed, simulated, run_drawn, strength, body_drawn)
-        if report:
+        if report and (built or simulated):
             _pages(source, outcome, reporter)
     return outcome
 
@@ -91,8 +92,6 @@ def refuse(source: Loaded, output: Path | None) -> None:
     InputError
         Which says what is wrong.
     """
-    from modalprep.pipeline.build.sources import refuse_shared_folders
-
     pipeline = source.pipeline
     refuse_shared_folders(source, output)
     if pipeline.joints or pipeline.simulation is not None:
@@ -105,12 +104,6 @@ def refuse(source: Loaded, output: Path | None) -> None:
         from modalprep.pipeline.responses.respond import refuse_responses
 
         refuse_responses(source)
-
-
-def _built(source: Loaded, folder: Path, reporter: Reporter, cache: Cache | None) -> Built:
-    from modalprep.pipeline.build.build import build_body
-
-    return build_body(source, folder, reporter, cache)
 
 
 def _exported(source: Loaded, built: Built, folder: Path, reporter: Reporter) -> Exported:
@@ -173,7 +166,6 @@ def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Syn
 
 def _system_drawn(source: Loaded, found: Synthesised, folder: Path, wanted: str | int, reporter: Reporter) -> Drawn:
     from modalprep.pipeline.build.synthesis import strain_fractions
-    from modalprep.pipeline.drawn import Drawn, not_drawn
     from modalprep.pipeline.pictures import counted
     from modalprep.report.synthesis import draw_modes, strain_plot
 
@@ -200,15 +192,10 @@ def _simulated(source: Loaded, output: Path | None, reporter: Reporter) -> Simul
     return simulate_pipeline(source, output, reporter)
 
 
-def _run_drawn(source: Loaded, simulated: Simulated, folder: Path, reporter: Reporter) -> Drawn:
-    from modalprep.pipeline.drawn import draw_runs
-
-    return draw_runs(source, simulated, folder, reporter)
-
-
-def _strength(
+def strength_of(
     source: Loaded, responses: Iterable[Responded], simulated: Simulated | None, folder: Path, reporter: Reporter
 ) -> Strength | None:
+    """Return the shock spectra and the damage of responses and of a run; None where the file has no tables of them."""
     if not (source.pipeline.srs or source.pipeline.fatigue):
         return None
     from modalprep.pipeline.responses.strength import strength

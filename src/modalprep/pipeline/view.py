@@ -12,7 +12,7 @@ from modalprep.formats.modalfile import read_body
 from modalprep.formats.resultfile import read_result
 from modalprep.pipeline.build.sources import refuse_overwriting
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.view.page import view_body, view_mesh, view_run
 

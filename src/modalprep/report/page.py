@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,7 @@ class BodyPage:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> BodyPage(uniform_beam(modes=2), notes=["its mass is implausible"]).judged().word
+    >>> BodyPage(uniform_beam(modes=2), notes=["its mass is implausible"]).judgement.word
     'PASS WITH WARNINGS'
     """
 
@@ -86,8 +87,9 @@ class BodyPage:
     verdict: Verdict | None = None
     error_limits: Mapping[str, float] | None = None
 
-    def judged(self) -> Verdict:
-        """Return the verdict for the box."""
+    @cached_property
+    def judgement(self) -> Verdict:
+        """The verdict of the box at the top."""
         return self.verdict or body_verdict(
             checks=self.checks,
             notes=self.notes,
@@ -128,7 +130,7 @@ def write_page(shown: BodyPage | FlexibleBody, path: str | Path) -> Path:
     True
     """
     shown = shown if isinstance(shown, BodyPage) else BodyPage(shown)
-    body, inputs, verdict = shown.body, shown.inputs, shown.judged()
+    body, inputs, verdict = shown.body, shown.inputs, shown.judgement
     drawn, chart = drawable(body), mac_chart(body, shown.nodal_mass)
     found = [
         parts.in_short(describe_body(body), verdict),

@@ -16,7 +16,7 @@ from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Beam, Shell, Solid, Truss
 from modalprep.linalg.modes import lowest_modes
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.reduction.clamped import clamp
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))

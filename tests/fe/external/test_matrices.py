@@ -385,7 +385,7 @@ def test_pipeline_run(job, capsys):
 
 def test_pipeline_builds_again_when_a_matrix_changes(job):
     from modalprep.pipeline.build.inputs import inputs
-    from modalprep.pipeline.loaded import load
+    from modalprep.pipeline.schema.load import load
 
     before = inputs(load(job))
     np.savez(job.parent / "model.npz", K=K, M=2 * M, nodes=POINTS)

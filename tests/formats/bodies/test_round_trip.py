@@ -15,7 +15,7 @@ from modalprep.formats.bodies.read import FORMATS, NO_BODY
 from modalprep.formats.export import EXPORTS, PICTURES
 from modalprep.pipeline.build.build import build_body
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import system_of
 
 P_ALONE = {"mass integrals", "geometric stiffness of accelerations"}

@@ -7,7 +7,7 @@ import modalprep as mp
 from modalprep.multibody import Chain, SegmentedBeam
 from modalprep.multibody.model.chain import AXES
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 
 G = 9.81

@@ -10,7 +10,7 @@ from systems.shipped import PIPELINES, run_shipped
 
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.read import read_system
 

@@ -320,7 +320,7 @@ PENDULUM = {
 def test_flexible_pendulum():
     """Within 2 % of the length, and within 0.5 % before the whip at 0.6 s."""
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.loaded import load
+    from modalprep.pipeline.schema.load import load
     from modalprep.pipeline.systems.read import read_system
 
     path = PIPELINES / "flexible-pendulum.toml"

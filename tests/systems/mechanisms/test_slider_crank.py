@@ -10,7 +10,7 @@ from systems.shipped import PIPELINES, run_shipped, shipped
 
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system
 
 SEGMENTS = 12

@@ -8,7 +8,7 @@ from systems.shipped import PIPELINES, run_shipped
 from modalprep.multibody.analysis.spin import spin_modes
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.systems import simulate_pipeline
 from modalprep.reduction.clamped import clamp
 from modalprep.vectors import skew

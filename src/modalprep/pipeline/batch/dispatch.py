@@ -14,7 +14,7 @@ from modalprep.pipeline.batch.keep import Keeper
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.order import Order
 from modalprep.pipeline.batch.task import JobTask
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.workers.cluster import Cluster
 from modalprep.workers.processes import Processes
 from modalprep.workers.scheduler import Scheduler

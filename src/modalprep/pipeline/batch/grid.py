@@ -18,9 +18,8 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
 from modalprep.pipeline.build.sources import mark_source, refuse_shared, relative, source_files
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import first_message, named_files
-from modalprep.pipeline.schema.load import read_toml
+from modalprep.pipeline.schema.load import Loaded, read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 LONGEST = 40  # characters of a value in a folder name

@@ -11,8 +11,8 @@ from modalprep.errors import InputError
 from modalprep.fe.readers.digest import mesh_digest
 from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.build.sources import relative, source_files
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import DeckName, named_files
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.program import file_digest
 
 HEAD = {"format": "modalprep job", "version": 1}

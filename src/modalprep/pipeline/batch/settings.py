@@ -13,8 +13,7 @@ from modalprep.errors import InputError
 from modalprep.pipeline.batch.grid import combined, moved, validated, write_job
 from modalprep.pipeline.batch.job import Job
 from modalprep.pipeline.build.sources import mark_source, refuse_shared
-from modalprep.pipeline.loaded import Loaded, load
-from modalprep.pipeline.schema.load import read_toml
+from modalprep.pipeline.schema.load import Loaded, load, read_toml
 
 
 def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> tuple[Loaded, Path | None]:

@@ -16,7 +16,7 @@ from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.batch.batch import Batch
 from modalprep.pipeline.batch.job import Job
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import load
+from modalprep.pipeline.schema.load import load
 from modalprep.suggest import refuse_unknown
 
 POINTS = 3000  # points of the mesh at which shapes are compared, evenly chosen

@@ -20,15 +20,14 @@ from modalprep.pipeline.batch.job import DONE, Job, Record, Setting, failure
 from modalprep.pipeline.batch.manifest import finished, input_digests, output_digests, write_manifest
 from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.run import run_pipeline
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.study.quantities import quantities
 from modalprep.program import program
 from modalprep.verdicts.notes import silent
 from modalprep.verdicts.verdict import FAILED
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-Reading = Callable[[], Loaded]
 PATIENCE, PAUSE = 5.0, 0.5  # s, in which a shared folder shows what another machine has just written
 
 
@@ -68,7 +67,7 @@ def work(job: Job, setting: Setting) -> Record:
     return record
 
 
-def _attempt(job: Job, read: Reading, store: Cache | None) -> Record:
+def _attempt(job: Job, read: Callable[[], Loaded], store: Cache | None) -> Record:
     try:
         with _writing(job.log) as file, redirect_stdout(file), redirect_stderr(file):
             return _logged(job, read, store)
@@ -93,7 +92,7 @@ def _writing(log: Path) -> Iterator[TextIO]:
         raise not_written(log, error) from error
 
 
-def _logged(job: Job, read: Reading, store: Cache | None) -> Record:
+def _logged(job: Job, read: Callable[[], Loaded], store: Cache | None) -> Record:
     try:
         (source, inputs), reporter = _seen(job, read), Reporter()
         outcome = run_pipeline(source, job.output, reporter, store)
@@ -114,7 +113,7 @@ def _logged(job: Job, read: Reading, store: Cache | None) -> Record:
         return failure(job, f"{type(error).__name__}: {_message(error)} (see its log: {job.log})", error)
 
 
-def _seen(job: Job, read: Reading) -> tuple[Loaded, dict[str, str]]:
+def _seen(job: Job, read: Callable[[], Loaded]) -> tuple[Loaded, dict[str, str]]:
     """Return the pipeline file of a job, and the hashes of the files that it reads.
 
     Raises

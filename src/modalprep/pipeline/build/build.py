@@ -19,9 +19,9 @@ from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_overwriting, source_files
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.changing import LevelTable
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.pipeline import BodyTable
 from modalprep.vectors import inertia_tensor
 from modalprep.verdicts.notes import warnings_of

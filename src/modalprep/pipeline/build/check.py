@@ -14,8 +14,8 @@ from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery,
 from modalprep.pipeline.build.reduce import reduce_model
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.supplied.uncertainty import check_spin, knowledge
 
 

@@ -21,8 +21,8 @@ from modalprep.pipeline.build.reduce import asked_loads, implausible_ratios, red
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.reduction.basis import held_mass
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.recoveries.convergence import recovery_convergence

@@ -19,7 +19,7 @@ from modalprep.formats.hdf5 import stated_checksum
 from modalprep.pipeline.build.built import Built
 from modalprep.pipeline.build.inputs import page_inputs
 from modalprep.pipeline.build.model import pipeline_node_sets, pipeline_sections
-from modalprep.pipeline.loaded import Loaded
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.report.body_page.inputs import Inputs
 from modalprep.report.body_page.table import Table, written

@@ -13,8 +13,8 @@ from modalprep import __version__
 from modalprep.fe.readers.digest import matrices_digest, mesh_digest
 from modalprep.pipeline.build.sources import needed_files
 from modalprep.pipeline.build.supplied import supplied_digest
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import named_files
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.program import file_digest, program
 from modalprep.report.body_page.inputs import Inputs
 

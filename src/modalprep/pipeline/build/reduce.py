@@ -15,8 +15,8 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.pipeline.build.model import connected_mesh, node_set
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
 from modalprep.reduction.basis import Reduction

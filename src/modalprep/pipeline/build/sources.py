@@ -10,8 +10,8 @@ from pathlib import Path
 from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.pipeline.build.supplied import supplied_files
-from modalprep.pipeline.loaded import Loaded, same_file
 from modalprep.pipeline.schema.base import BodyName, PipelineName, named_files
+from modalprep.pipeline.schema.load import Loaded, same_file
 
 MARK = ".source"  # beside or in what is written: the file that it was made of, as seen from there
 

@@ -21,8 +21,8 @@ from modalprep.pipeline.build.sources import (
     refuse_shared_folders,
 )
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable, rotation_matrix
 from modalprep.reduction.damping import ComponentDamping, component_damping

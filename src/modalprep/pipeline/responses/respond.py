@@ -15,9 +15,9 @@ from modalprep.pipeline.build.build import stand_in
 from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.responses.notches import excess, lowered, notched_input, too_shallow, with_limited
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.responses.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
 from modalprep.pipeline.schema.responses.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot

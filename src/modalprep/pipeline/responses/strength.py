@@ -15,8 +15,8 @@ from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.responses.strength import FatigueTable, OfChannels, ShockTable
 from modalprep.report.strength import fatigue_table, shock_plot
 from modalprep.report.summary import SHOCK_UNITS

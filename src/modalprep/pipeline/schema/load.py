@@ -1,22 +1,85 @@
-"""Read a pipeline file; every error is reported in one message with file, line and key."""
+"""Read a pipeline file, once; every error is reported in one message with file, line and key."""
 
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
 import tomllib
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from modalprep.errors import InputError
-from modalprep.pipeline.schema.base import first_message, naming
+from modalprep.pipeline.schema.base import PipelineName, first_message, named_files, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.suggest import refuse_missing
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A pipeline file and what it says.
+
+    Attributes
+    ----------
+    path : Path
+        Files that it names are relative to its folder.
+    pipeline : Pipeline
+    text : str
+
+    Examples
+    --------
+    >>> Loaded(Path("pipelines/arm.toml"), Pipeline.model_validate({"mesh": {"file": "a.msh"}})).body_name
+    'arm'
+    """
+
+    path: Path
+    pipeline: Pipeline
+    text: str = ""
+
+    @property
+    def folder(self) -> Path:
+        """Where the file lies."""
+        return self.path.parent
+
+    @property
+    def body_name(self) -> str:
+        """Name of the body that the file builds."""
+        return self.pipeline.name or self.path.stem
+
+    @property
+    def body_files(self) -> list[Path]:
+        """The pipeline files of the bodies."""
+        names = [name for _, name in named_files(self.pipeline) if isinstance(name, PipelineName)]
+        return [self.folder / name for name in dict.fromkeys(names)]
+
+    @cached_property
+    def files(self) -> tuple[Loaded, ...]:
+        """The file itself, and the pipeline files of its bodies and of their bodies; each is read once.
+
+        Raises
+        ------
+        InputError
+            When one of them cannot be read.
+        """
+        found, todo = [self], self.body_files
+        while todo:
+            path = todo.pop()
+            if not any(same_file(path, other.path) for other in found):
+                found.append(load(path))
+                todo += found[-1].body_files
+        return tuple(found)
+
+    def of_body(self, name: str) -> Loaded:
+        """Return the pipeline file of a body, by the name that a table has for it."""
+        path = self.folder / name
+        return replace(next(file for file in self.files if same_file(file.path, path)), path=path)
 
 
 def load_pipeline(path: str | Path) -> Pipeline:
@@ -33,17 +96,20 @@ def load_pipeline(path: str | Path) -> Pipeline:
     Traceback (most recent call last):
     modalprep.errors.InputError: pipeline file no.toml does not exist
     """
-    return read_pipeline(Path(path))[0]
+    return load(path).pipeline
 
 
-def read_pipeline(path: Path) -> tuple[Pipeline, str]:
-    """Read and validate a TOML file; return what it says, and its text.
+def load(file: str | Path | Loaded) -> Loaded:
+    """Read and validate a pipeline file with its path and text; one that was read already is returned as it is.
 
     Raises
     ------
     InputError
         As `load_pipeline`.
     """
+    if isinstance(file, Loaded):
+        return file
+    path = Path(file)
     text, data = read_toml(path)
     _refuse_odd_values(path, text, data, [])
     try:
@@ -53,7 +119,15 @@ def read_pipeline(path: Path) -> tuple[Pipeline, str]:
     if pipeline.grid:
         raise InputError(f"{path} has a [grid] of several jobs: write modalprep batch {path}")
     with naming(path):
-        return pipeline.with_chains(), text
+        return Loaded(path, pipeline.with_chains(), text)
+
+
+def same_file(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file, also through links; files that are not there yet count by their names."""
+    try:
+        return os.path.samefile(one, other)
+    except (OSError, ValueError):  # one is not there, or its name cannot be one
+        return os.path.abspath(one) == os.path.abspath(other)
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:

@@ -23,9 +23,9 @@ from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.time import has_several_values, time_function
 from modalprep.pipeline.systems.outline import refuse_before_work
 from modalprep.pipeline.systems.read import in_theory, read_system

@@ -19,10 +19,10 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.analysis import EnsembleTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.program import program
 from modalprep.report.ensemble import band_plot, statistics_table, write_cases, write_statistics

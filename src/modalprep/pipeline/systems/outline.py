@@ -20,11 +20,11 @@ from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.simulate import channel_names, check_span, check_steps
 from modalprep.pipeline.build.build import read_bodies, stand_in
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.film import FilmTable
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of

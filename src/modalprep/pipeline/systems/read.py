@@ -14,8 +14,8 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.pipeline.build.build import current_body, read_bodies
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.loaded import Loaded
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.reduction import rotation_matrix
 from modalprep.pipeline.schema.system import JointTable, Theory
 from modalprep.pipeline.systems.angles import implausible_angles

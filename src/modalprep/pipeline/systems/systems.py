@@ -27,8 +27,8 @@ from modalprep.pipeline.build.sources import (
     refuse_shared_folders,
 )
 from modalprep.pipeline.console import Reporter, says_compiling
-from modalprep.pipeline.loaded import Loaded, load
 from modalprep.pipeline.schema.changing import read_events
+from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
