@@ -94,7 +94,7 @@ class PartFamily(Family):
         built = compute_body(source, path.with_suffix(".h5"), quiet := Reporter(quiet=True), None)
         tables = source.pipeline.response
         found = {name: computed(table, built.body, path.parent)[0] for name, table in tables.items()}
-        done = strength(source, found, None, path.parent, quiet)
+        done = strength(source, found, path.parent, quiet)
         body = {name: value for name, value in vars(built.body).items() if name != "provenance"}
         notes = " ".join([*built.notes, *(note for each in found.values() for note in each.notes), *done.notes])
         return dict(_leaves({"body": body, "error": built.error, "tables": built.tables, "response": found,

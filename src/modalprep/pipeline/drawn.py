@@ -17,19 +17,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawn:
-    """The pictures of a body, of its system or of a run.
+    """The pictures of a stage.
 
     Attributes
     ----------
+    mass_plot : Path or None
+        The chart of effective masses.
     mesh : Path or None
     modes : {mode: Path}
         Counted from 1.
     plots : sequence of (title, Path)
     film : Path or None
     notes : tuple of str
-        Why pictures are missing.
+        Why pictures are missing, and what files for other programs lack.
     """
 
+    mass_plot: Path | None = None
     mesh: Path | None = None
     modes: Mapping[int, Path] = field(default_factory=dict)
     plots: Sequence[tuple[str, Path]] = ()

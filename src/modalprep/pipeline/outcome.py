@@ -21,14 +21,6 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Exported:
-    """The chart of the effective masses of a body, and what its files for other programs lack."""
-
-    mass_plot: Path
-    notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Outcome:
     """Results of a run by its stages; None, or nothing, of those that its file does not ask for.
 
@@ -47,7 +39,7 @@ class Outcome:
     folder: Path
     asked: Pipeline | None = None
     built: Built | None = None
-    exported: Exported | None = None
+    exported: Drawn | None = None
     responses: tuple[Responded, ...] = ()
     sensitivities: Sensitivities | None = None
     synthesised: Synthesised | None = None

@@ -14,7 +14,7 @@ from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.build.sources import output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.drawn import Drawn, draw_runs, not_drawn
-from modalprep.pipeline.outcome import Exported, Outcome
+from modalprep.pipeline.outcome import Outcome
 from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.verdicts.notes import silent
 
@@ -106,7 +106,7 @@ def refuse(source: Loaded, output: Path | None) -> None:
         refuse_responses(source)
 
 
-def _exported(source: Loaded, built: Built, folder: Path, reporter: Reporter) -> Exported:
+def _exported(source: Loaded, built: Built, folder: Path, reporter: Reporter) -> Drawn:
     """Print a body, write its files for other programs, and draw its effective masses."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.report.charts.mass_chart import effective_mass_plot
@@ -121,7 +121,7 @@ def _exported(source: Loaded, built: Built, folder: Path, reporter: Reporter) ->
         reporter.wrote(export_body(body, name, target))
         notes += _tell((f"{target.name}: {text}" for text in lost_in(body, name)), reporter)
     chart = effective_mass_plot(body.modes, folder / f"{source.path.stem}-effective-mass.png")
-    return Exported(reporter.wrote(chart), tuple(notes))
+    return Drawn(mass_plot=reporter.wrote(chart), notes=tuple(notes))
 
 
 def _tell(notes: Iterable[str], reporter: Reporter) -> list[str]:
@@ -201,7 +201,7 @@ def strength_of(
     from modalprep.pipeline.responses.strength import strength
 
     histories = {found.name: found.response for found in responses}
-    return strength(source, histories, simulated.main if simulated else None, folder, reporter)
+    return strength(source, histories | ({None: simulated.main} if simulated else {}), folder, reporter)
 
 
 def _pages(source: Loaded, outcome: Outcome, reporter: Reporter) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -45,10 +46,8 @@ def grids(batch: Batch, boundary: str) -> list[list[Job]]:
 
 def _makes_body(jobs: Sequence[Job]) -> bool:
     for job in jobs:
-        try:
+        with suppress(InputError):
             return load(job.file).pipeline.has_body
-        except InputError:
-            continue
     return False
 
 

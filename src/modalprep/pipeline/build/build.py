@@ -43,10 +43,7 @@ def build_body(path: str | Path | Loaded, folder: Path, reporter: Reporter, cach
     file = folder / f"{source.path.stem}.h5"
     exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(source.pipeline.output.export))
     refuse_overwriting({file, *exports}, source_files(source))
-    if cache is None:
-        built = compute_body(source, file, reporter, None)
-    else:
-        built = _cached(source, file, reporter, cache)
+    built = compute_body(source, file, reporter, None) if cache is None else _cached(source, file, reporter, cache)
     mark_source(folder, source.path)
     return built
 

@@ -15,7 +15,7 @@ from modalprep.pipeline.build.reduce import reduce_model
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.load import Loaded, load
+from modalprep.pipeline.schema.load import load
 from modalprep.supplied.uncertainty import check_spin, knowledge
 
 
@@ -47,8 +47,11 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
     pipeline = source.pipeline
     if not pipeline.has_body:
         raise InputError(f"{path} has no [mesh] or [matrices] and no [body]: give the modal files of its bodies")
+    if pipeline.body is not None and energy:
+        raise InputError(f"{path.name} has no mesh to compute strain energy from; leave out --energy")
     if pipeline.body is not None:
-        return _report(path.name, _supplied(source, energy), speed)
+        with naming(path):
+            return _report(path.name, read_supplied(path, pipeline.body), speed)
     if speed is not None:
         raise InputError(f"{path.name}: --speed is for a body that was read in reduced form")
     with naming(path), reporter.progress(f"{path.name}: body against its mesh", 4, stage="assembly") as done:
@@ -66,13 +69,6 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
         checks = (*checks, *(check_geometric_stiffness(model, reduction, body) if energy else ()))
         done(4)
     return CheckReport(subject=path.name, checks=checks)
-
-
-def _supplied(source: Loaded, energy: bool) -> FlexibleBody:
-    if energy:
-        raise InputError(f"{source.path.name} has no mesh to compute strain energy from; leave out --energy")
-    with naming(source.path):
-        return read_supplied(source.path, source.pipeline.body)
 
 
 def _report(subject: str, body: FlexibleBody, speed: float | None) -> CheckReport:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -40,16 +39,14 @@ class Strength:
 
 
 def strength(
-    source: Loaded, responses: Mapping[str, Response], run: Result | None, folder: Path, reporter: Reporter
+    source: Loaded, histories: Mapping[str | None, Response | Result], folder: Path, reporter: Reporter
 ) -> Strength:
     """Compute the shock spectra and the damage that a pipeline file asks for; write CSV files and plots.
 
     Parameters
     ----------
-    responses : {name: Response}
-        Of the tables [response]; tables that name one that is not there are left to another command.
-    run : Result or None
-        The main run; tables of its channels are left out without one.
+    histories : {name: Response or Result}
+        Of the tables [response], and of None the main run; tables of one that is not there are left to another command.
 
     Raises
     ------
@@ -57,17 +54,15 @@ def strength(
         Which names the table.
     """
     found, path = Strength(), source.path
-    works: tuple[tuple[str, Mapping[str, Any], Callable], ...] = (
-        ("srs", source.pipeline.srs, _shocks), ("fatigue", source.pipeline.fatigue, _fatigue),
-    )  # fmt: skip
-    for kind, tables, work in works:
+    tables_of = source.pipeline.srs, source.pipeline.fatigue
+    for kind, tables, work in zip(("srs", "fatigue"), tables_of, (_shocks, _fatigue), strict=True):
         for name, table in tables.items():
-            histories = run if table.response is None else responses.get(table.response)
-            if histories is not None:
+            history = histories.get(table.response)
+            if history is not None:
                 target = folder / f"{path.stem}-{name}-{kind}.csv"
                 refuse_overwriting([target, target.with_suffix(".png")], needed_files(source))
                 with naming(path), naming(f"[{kind}.{name}]"):
-                    work(found, name, table, histories, target, reporter)
+                    work(found, name, table, history, target, reporter)
     for note in found.notes:
         reporter.note(note)
     return found

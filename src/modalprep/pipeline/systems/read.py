@@ -55,8 +55,9 @@ def system_of(source: Loaded, bodies: dict[str, FlexibleBody]) -> System | Deplo
     InputError
         When a table names what is not there.
     """
-    joints, pipeline, folder = read_joints(source), source.pipeline, source.folder
+    pipeline, folder = source.pipeline, source.folder
     with naming(source.path):
+        joints = tuple(_joint(name, table, folder) for name, table in pipeline.joints.items())
         bodies = _shared(bodies)
         loads = read_loads(pipeline, bodies, folder)
         gravity = pipeline.environment.gravity
@@ -69,18 +70,6 @@ def system_of(source: Loaded, bodies: dict[str, FlexibleBody]) -> System | Deplo
             found = tuple(read_deployment(name, table, folder) for name, table in pipeline.deployments.items())
             return DeployingSystem(**parts, deployments=found)
         return System(**parts, closures=closures, depletions=depletions, notes=implausible_angles(pipeline))
-
-
-def read_joints(source: Loaded) -> tuple[Joint, ...]:
-    """Return the joints of a pipeline file.
-
-    Raises
-    ------
-    InputError
-        When the table of a joint contradicts itself.
-    """
-    with naming(source.path):
-        return tuple(_joint(name, table, source.folder) for name, table in source.pipeline.joints.items())
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:

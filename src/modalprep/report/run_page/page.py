@@ -20,7 +20,7 @@ from modalprep.report.numbers import number
 from modalprep.report.run_page import parts
 from modalprep.report.run_page.channels import shown_channels
 from modalprep.verdicts.notes import kind_of, warnings_of
-from modalprep.verdicts.verdict import FAILED, Verdict
+from modalprep.verdicts.verdict import Verdict
 
 if TYPE_CHECKING:
     from modalprep.multibody.model.system import System
@@ -138,7 +138,7 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
             [note for note in shown.told if kind_of(note) == "notes"],
         ),
         *parts.the_system(system),
-        parts.audits(run, rtol, [audit.says for audit in audited if audit.result == FAILED]),
+        parts.audits(run, rtol, audited),
         *parts.events(run),
         *body_parts.simulation((), shown.envelopes),
         *shown.sections,

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.results.validity import AUDIT, MOMENTUM, WORST
+from modalprep.multibody.results.validity import AUDIT, BALANCE, END, MOMENTUM, WORST
 from modalprep.report.body_page.section import Section, chart, embedded, paragraph
 from modalprep.report.body_page.table import Table, part
 from modalprep.report.numbers import number, raised
@@ -21,6 +21,7 @@ from modalprep.verdicts.verdict import FAILED, PASSED
 
 if TYPE_CHECKING:
     from modalprep.multibody.evaluation.impact import Impact
+    from modalprep.verdicts.verdict import Requirement
 
 LISTED = 300  # channels of the table of extremes
 DRAWN = 12  # charts of channels
@@ -76,20 +77,20 @@ def _band(frequency: np.ndarray) -> tuple[float | None, float | None]:
     return (float(frequency[0]), float(frequency[-1])) if len(frequency) else (None, None)
 
 
-def audits(run: Result, rtol: float, failed: Sequence[str]) -> Section:
+def audits(run: Result, rtol: float, audited: Sequence[Requirement]) -> Section:
     """Return the section of the audit: end, energy, momenta, closures of loops."""
     table = Table(
         name="audit",
         columns=("audit", "value", "limit", "result", "meaning"),
-        rows=audit_rows(run, rtol, failed),
+        rows=audit_rows(run, rtol, audited),
         forms={"value": ".1e", "limit": ".0e"},
         caption=f"What the run says against itself, at a relative tolerance of {number(rtol)}.",
     )
     return Section(title="Audit", anchor="audit-section", html=table.html())
 
 
-def audit_rows(run: Result, rtol: float, failed: Sequence[str]) -> list[tuple[Any, ...]]:
-    """Return value, limit, result and meaning of each audit of a run; `failed` are its sentences of what failed.
+def audit_rows(run: Result, rtol: float, audited: Sequence[Requirement]) -> list[tuple[Any, ...]]:
+    """Return value, limit, result and meaning of each audit of a run.
 
     Examples
     --------
@@ -97,18 +98,18 @@ def audit_rows(run: Result, rtol: float, failed: Sequence[str]) -> list[tuple[An
     >>> [row[:4] for row in audit_rows(run, 1e-6, ())]
     [('end of the run', None, None, 'passed'), ('energy balance', 2e-08, 0.001, 'passed')]
     """
-    words = " ".join(failed)
-    rows: list[tuple[Any, ...]] = [("end of the run", None, None, FAILED if run.status == "diverged" else PASSED,
-                                    "reached" if run.status != "diverged" else run.message)]  # fmt: skip
+    results = {audit.name: audit.result for audit in audited}
+    end = (FAILED, run.message) if run.status == "diverged" else (PASSED, "reached")
+    rows: list[tuple[Any, ...]] = [(END, None, None, *end)]
     kinds = (
-        ("energy_error", "energy balance", AUDIT, "the energy balances", "largest error over the largest part"),
-        ("momentum_error", "momenta", MOMENTUM, "the momenta", "of what nothing holds or loads"),
-        ("momentum_restored", "momenta given back", AUDIT, "the steps lost", "of what nothing holds, in all steps"),
+        ("energy_error", BALANCE, AUDIT, "largest error over the largest part"),
+        ("momentum_error", "momenta", MOMENTUM, "of what nothing holds or loads"),
+        ("momentum_restored", "momenta given back", AUDIT, "of what nothing holds, in all steps"),
     )
-    for key, name, times, says, meaning in kinds:
+    for key, name, times, meaning in kinds:
         if key in run.stats:
-            result = FAILED if says in words else PASSED
-            rows.append((name, float(run.stats[key]), min(times * rtol, WORST), result, meaning))
+            limit = min(times * rtol, WORST)
+            rows.append((name, float(run.stats[key]), limit, results.get(name, PASSED), meaning))
     return [*rows, *_gaps(run)]
 
 
