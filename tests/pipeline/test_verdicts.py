@@ -4,13 +4,19 @@ import html
 import json
 import re
 import warnings
+from dataclasses import FrozenInstanceError, replace
+from types import SimpleNamespace
 
 import pytest
+from batches import write_beam
 
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.formats.responsefile import read_response
+from modalprep.pipeline.outcome import Outcome
+from modalprep.report.body_page import requirements
 from modalprep.report.numbers import raised
+from modalprep.verdicts.verdict import FAILED, Requirement
 
 SHAKER = """
 [response.shaker]
@@ -191,3 +197,23 @@ def test_a_run_alone_keeps_the_margin_that_is_required(job, capsys):
     rows = {each["name"]: each for each in json.loads(capsys.readouterr().out)["verdict"]["requirements"]}
     assert rows["least margin"]["result"] == "FAILED"
     assert rows["least margin"]["says"].endswith("must be at least 1000")
+
+
+def test_a_verdict_is_worked_out_once(project, tmp_path, monkeypatch, capsys):
+    """For the page, the JSON, the quantities and the exit code of a run; an outcome that differs has its own."""
+    count, original = [], requirements.body_verdict
+    monkeypatch.setattr(requirements, "body_verdict", lambda **given: count.append(1) or original(**given))
+    assert main(["run", str(write_beam(project, tmp_path / "beam.toml", modes=2)), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"]["word"] == "PASS"
+    assert len(count) == 1
+
+
+def test_a_changed_outcome_has_a_verdict_of_its_own(tmp_path):
+    failed = Requirement(name="energy balance", result=FAILED)
+    good = Outcome(tmp_path, simulated=SimpleNamespace(audits=(), envelopes=(), notes=()))
+    assert good.verdict.word == "NOT CHECKED"
+    assert good.verdict is good.verdict
+    bad = replace(good, simulated=SimpleNamespace(audits=(failed,), envelopes=(), notes=()))
+    assert (good.verdict.word, bad.verdict.word) == ("NOT CHECKED", "FAIL")
+    with pytest.raises(FrozenInstanceError):
+        good.built = None

@@ -40,7 +40,7 @@ def run_pipeline(
 
     Parameters
     ----------
-    path : Path
+    path : Path or Loaded
     output : Path or None
         Output folder, with a subfolder for each pipeline. Default ``output`` beside the file.
     reporter : Reporter
