@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,9 +90,16 @@ class RunPage:
         """The messages, each once."""
         return list(dict.fromkeys(self.notes or self.run.notes))
 
-    def judged(self, audited: Sequence[Requirement]) -> Verdict:
-        """Return the verdict for the box."""
-        met = [*audited, *of_envelopes(self.envelopes), *(r for part in self.sections for r in part.requirements)]
+    @cached_property
+    def audited(self) -> list[Requirement]:
+        """What the run is required to do."""
+        mass = sum(body.m for body in self.system.bodies.values()) if self.system else 0.0
+        return audits(self.run, self.rtol, mass)
+
+    @cached_property
+    def judgement(self) -> Verdict:
+        """The verdict of the box at the top."""
+        met = [*self.audited, *of_envelopes(self.envelopes), *(r for part in self.sections for r in part.requirements)]
         return self.verdict or Verdict.of(met, warnings_of(self.told))
 
 
@@ -127,8 +135,7 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
     """
     shown = shown if isinstance(shown, RunPage) else RunPage(shown)
     run, system, rtol, inputs = shown.run, shown.system, shown.rtol, shown.inputs
-    audited = audits(run, rtol, sum(body.m for body in system.bodies.values()) if system else 0.0)
-    verdict, channels = shown.judged(audited), shown_channels(run, shown.channels)
+    verdict, channels = shown.judgement, shown_channels(run, shown.channels)
     found = [
         body_parts.in_short(describe_run(run), verdict),
         *body_parts.requirements(verdict),
@@ -138,7 +145,7 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
             [note for note in shown.told if kind_of(note) == "notes"],
         ),
         *parts.the_system(system),
-        parts.audits(run, rtol, audited),
+        parts.audits(run, rtol, shown.audited),
         *parts.events(run),
         *body_parts.simulation((), shown.envelopes),
         *shown.sections,
