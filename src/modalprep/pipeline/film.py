@@ -45,9 +45,8 @@ def film_pipeline(
         When the machine cannot draw.
     """
     need("pyvista", PICTURE)
-    path, pipeline = source.path, source.pipeline
-    folder = output_folder(path, output)
-    if not (pipeline.simulation or run):
+    path, folder = source.path, output_folder(source.path, output)
+    if not (source.pipeline.simulation or run):
         raise InputError(f"{path} has no [simulation], so there is no run to draw; name one with --run")
     run, target = run or folder / f"{path.stem}-run.h5", target or folder / f"{path.stem}.webp"
     if target.suffix.lower() not in PICTURES:
@@ -56,7 +55,7 @@ def film_pipeline(
     refuse_overwriting([target], [run, *needed_files(source), *made_bodies(source, output)])
     result = read_result(run)
     system = read_system(source, output, reporter)
-    return draw_film(pipeline.film, system, result, target, positions, strip=strip)
+    return draw_film(source.pipeline.film, system, result, target, positions, strip=strip)
 
 
 def _refuse_strip(target: Path, strip: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 from modalprep.ensemble.parameters import Parameters
 from modalprep.multibody.analysis.inputs_outputs import Input, output
@@ -36,6 +37,7 @@ OF_MODES = (  # channels of a body that its stand-in does not have
 )  # fmt: skip
 
 
+@lru_cache(maxsize=1)  # the stages of a run ask again
 def refuse_before_work(source: Loaded) -> None:
     """Refuse a wrong time span or distribution, and names of what is not there, before any body is built.
 

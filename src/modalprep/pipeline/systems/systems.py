@@ -29,7 +29,6 @@ from modalprep.pipeline.build.sources import (
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import Loaded, load
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
 from modalprep.report.tables import envelope_table
@@ -115,9 +114,7 @@ def simulate_pipeline(
         theory = "no_geometric_stiffness"
     others = ["no_geometric_stiffness"] if pipeline.simulation.compare_conventional else []
     variants = {LABELS[name]: in_theory(system, name) for name in [theory, *others]}
-    runs = {
-        label: _simulate(path, label, variant, pipeline, reporter, reference) for label, variant in variants.items()
-    }
+    runs = {label: _simulate(source, label, variant, reporter, reference) for label, variant in variants.items()}
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     if own:
@@ -130,8 +127,7 @@ def simulate_pipeline(
         envelope_table(extremes, reporter.console)
     for file in files:
         reporter.wrote(file)
-    weight = sum(body.m for body in system.bodies.values())
-    audited = audits(main, pipeline.simulation.rtol, weight)
+    audited = audits(main, pipeline.simulation.rtol, sum(body.m for body in system.bodies.values()))
     ensemble = None
     if pipeline.ensemble is not None:
         ensemble = simulate_ensemble(source, next(iter(variants.values())), main, stem, reporter)
@@ -149,10 +145,10 @@ def _csv_beside(target: Path) -> Path:
 
 
 def _simulate(
-    path: Path, label: str, system: System | DeployingSystem, pipeline: Pipeline, reporter: Reporter, reference: bool
+    source: Loaded, label: str, system: System | DeployingSystem, reporter: Reporter, reference: bool
 ) -> Result:
-    s = pipeline.simulation
-    with reporter.progress(f"{path.name}: {label}", s.t_end, unit="s") as progress:
+    s = source.pipeline.simulation
+    with reporter.progress(f"{source.path.name}: {label}", s.t_end, unit="s") as progress:
         span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
         steps = {"atol": s.atol, "method": s.method, "max_step": s.max_step, "shortest_event": s.shortest_event}
         if isinstance(system, DeployingSystem):
@@ -160,7 +156,7 @@ def _simulate(
                 raise InputError("[deployments] have no reference implementation; leave out --reference")
             run = simulate_deployment(system, **span, **steps, progress=progress)
         elif s.variables == "joint":
-            events = read_events(pipeline.events)
+            events = read_events(source.pipeline.events)
             run = simulate(system, **span, **steps, events=events, reference=reference, progress=progress)
         elif reference:
             raise InputError(f"variables = {s.variables!r} have no reference implementation; leave out --reference")
