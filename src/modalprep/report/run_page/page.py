@@ -64,6 +64,7 @@ class RunPage:
 
     Examples
     --------
+    >>> import numpy as np
     >>> run = Result(time=np.zeros(1), channels={}, status="done", message="")
     >>> RunPage(run, notes=["it turned over", "it turned over"]).told
     ['it turned over']
@@ -127,6 +128,7 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
     Examples
     --------
     >>> import tempfile
+    >>> import numpy as np
     >>> t = np.linspace(0.0, 1.0)
     >>> run = Result(time=t, channels={"hinge.angle": t**2}, status="done", message="reached t = 1 s")
     >>> page = write_run_page(run, Path(tempfile.mkdtemp()) / "hinge.html")
