@@ -164,7 +164,7 @@ def start(name: str, *options: str) -> subprocess.Popen:
 
 def cache(folder: Path, count: int) -> dict[str, float]:
     """Write entries among so many, in turn with a plain file of the same bytes."""
-    from modalprep.pipeline.build.cache import Cache
+    from modalprep.pipeline.building.cache import Cache
 
     store = Cache(folder / "cache")
     for k in range(count):

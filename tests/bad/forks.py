@@ -12,7 +12,7 @@ from pathlib import Path
 
 SERVER = """
 import glob, json, os, resource, signal, sys, time
-import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.build.build
+import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.building.build
 import modalprep.pipeline.systems.systems
 import modalprep.report.page, modalprep.report.charts.plots, pyvista
 from modalprep.cli import main

@@ -7,7 +7,7 @@ import numpy as np
 import modalprep as mp
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
-from modalprep.pipeline.build.build import read_bodies
+from modalprep.pipeline.building.build import read_bodies
 from modalprep.pipeline.schema import chain, changing, environment, force_elements
 from modalprep.pipeline.schema import system as system_tables
 from modalprep.pipeline.schema.changing import read_events

@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 from bad.keys import Family
 
-from modalprep.pipeline.build.compute import compute_body
+from modalprep.pipeline.building.compute import compute_body
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.responses.respond import computed, refuse_responses
 from modalprep.pipeline.responses.strength import strength

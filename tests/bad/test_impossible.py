@@ -19,7 +19,7 @@ from modalprep.multibody import AxialSpring, Bushing, Closure, HingeElement, Rot
 from modalprep.multibody.model.chain import SegmentedBeam
 from modalprep.multibody.model.depletion import ExpelledGas, deplete
 from modalprep.multibody.model.environment import Dipole, Orbit
-from modalprep.pipeline.build.reduce import implausible_ratios
+from modalprep.pipeline.building.reduce import implausible_ratios
 from modalprep.pipeline.schema.columns import points_of_file
 
 IMPOSSIBLE = [0.0, 0.0, 5.0]  # kg m^2: a thin disc has 2 to 1 to 1 at most

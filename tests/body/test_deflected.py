@@ -11,7 +11,7 @@ from modalprep.body.line import shortening, swing
 from modalprep.body.mass import affine_part, cross_moment, deflected_points, mass_matrix, rigid_mass_matrix
 from modalprep.examples import uniform_beam
 from modalprep.multibody.reference.equations import body_equations
-from modalprep.pipeline.build.model import assemble_pipeline
+from modalprep.pipeline.building.model import assemble_pipeline
 from modalprep.pipeline.schema.load import load_pipeline
 
 LEVELS = (0.001, 0.01, 0.05, 0.2)  # of the body's size

@@ -12,7 +12,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.correlation import sensitivities
 from modalprep.fe.sensitivity.parameters import scaled
-from modalprep.pipeline.build.build import build_body
+from modalprep.pipeline.building.build import build_body
 from modalprep.pipeline.console import Reporter
 
 ALUMINIUM, STEEL = mp.Material(E=70e9, nu=0.33, rho=2700.0), mp.Material(E=210e9, nu=0.3, rho=7800.0)

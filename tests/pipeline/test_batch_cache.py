@@ -12,11 +12,11 @@ from scipy.sparse import csr_array
 import modalprep as mp
 from modalprep.errors import AccuracyError
 from modalprep.examples import cantilever_model
-from modalprep.pipeline.build import cache as cache_module
-from modalprep.pipeline.build import stages
-from modalprep.pipeline.build.build import build_body
-from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.stages import caching_algebra
+from modalprep.pipeline.building import cache as cache_module
+from modalprep.pipeline.building import stages
+from modalprep.pipeline.building.build import build_body
+from modalprep.pipeline.building.cache import Cache
+from modalprep.pipeline.building.stages import caching_algebra
 from modalprep.pipeline.console import Reporter
 
 SQUARE = {"y": np.array([0.0, 1.0, 4.0])}

@@ -8,9 +8,9 @@ from modalprep.cli import main
 from modalprep.fe.properties.materials import Material, Orthotropic3D
 from modalprep.fe.properties.properties import Ply, Shell, Solid
 from modalprep.fe.readers.read import read_mesh
-from modalprep.pipeline.build.described import mass_table, material_table, model_tables, rigid_table, section_table
-from modalprep.pipeline.build.energies import MOST, OTHERS, energy_tables
-from modalprep.pipeline.build.model import checked_model, pipeline_sections
+from modalprep.pipeline.building.described import mass_table, material_table, model_tables, rigid_table, section_table
+from modalprep.pipeline.building.energies import MOST, OTHERS, energy_tables
+from modalprep.pipeline.building.model import checked_model, pipeline_sections
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.reduction.craig_bampton import craig_bampton
 
@@ -135,8 +135,8 @@ def test_dimensions_have_units():
 @pytest.fixture(scope="module")
 def page(project, tmp_path_factory):
     """The page of `modalprep modes`, and that of the same body from the cache."""
-    from modalprep.pipeline.build.build import build_body
-    from modalprep.pipeline.build.cache import Cache
+    from modalprep.pipeline.building.build import build_body
+    from modalprep.pipeline.building.cache import Cache
     from modalprep.pipeline.console import Reporter
 
     folder, path = tmp_path_factory.mktemp("page"), project / "pipelines" / "spinup-beam.toml"

@@ -17,7 +17,7 @@ from modalprep.cli import main
 from modalprep.errors import InputError
 from modalprep.examples import uniform_beam
 from modalprep.formats.export import export_body
-from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.init.survey import survey
 from modalprep.pipeline.init.write import init_pipeline
 from modalprep.pipeline.schema.load import load

@@ -17,7 +17,7 @@ from modalprep.pipeline.batch import grid
 from modalprep.pipeline.batch.grid import find_jobs, plan_jobs
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.settings import with_settings
-from modalprep.pipeline.build.sources import needed_files, source_files
+from modalprep.pipeline.building.sources import needed_files, source_files
 from modalprep.pipeline.schema.base import DeckName, FileName, named_files
 from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.schema.pipeline import Pipeline

@@ -87,7 +87,7 @@ def test_other_points_make_the_body_again(job, tmp_path):
 
 
 def test_shipped_bracket_has_its_point_in_the_unit_of_the_mesh(project, bracket_model):
-    from modalprep.pipeline.build.model import pipeline_stress, read_pipeline_mesh
+    from modalprep.pipeline.building.model import pipeline_stress, read_pipeline_mesh
     from modalprep.pipeline.schema.load import load
 
     path = project / "pipelines" / "bracket.toml"

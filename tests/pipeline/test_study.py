@@ -18,7 +18,7 @@ from modalprep.errors import InputError
 from modalprep.examples import uniform_beam
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.multibody.results.result import Result
-from modalprep.pipeline.build.built import Built
+from modalprep.pipeline.building.built import Built
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.outcome import Outcome
 from modalprep.pipeline.responses.respond import Responded

@@ -14,7 +14,7 @@ from modalprep import extras
 from modalprep.cli import main
 from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.linalg import pardiso
-from modalprep.pipeline.build import compute
+from modalprep.pipeline.building import compute
 from modalprep.report.pictures import render
 
 LEAN = ("pyvista", "vtkmodules", "gmsh", "pypardiso", "pyyeti", "imageio_ffmpeg", "pandas", "xarray", "distributed",

@@ -48,7 +48,7 @@ LAYERS = {
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
-        "schema.reduction", "schema.responses", "schema", "build", "systems", "responses", "film", "view",
+        "schema.reduction", "schema.responses", "schema", "building", "systems", "responses", "film", "view",
         "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
     ),
 }  # fmt: skip
@@ -209,7 +209,7 @@ def test_systems_of_ready_bodies_need_no_meshes():
     code = "import sys, modalprep.pipeline.run, modalprep.pipeline.systems.systems; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "modalprep.multibody.integration.run" in loaded
-    meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.build.compute"}
+    meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.building.compute"}
     later = {"matplotlib", "jinja2", "rich.progress", "modalprep.report.pictures"}  # for charts, pages and terminals
     assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", *later, *meshes} & set(loaded)
 

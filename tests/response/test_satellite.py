@@ -5,7 +5,7 @@ import pytest
 from size import FULL
 
 import modalprep as mp
-from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery
+from modalprep.pipeline.building.model import assemble_pipeline, pipeline_recovery
 from modalprep.pipeline.responses.respond import computed
 from modalprep.pipeline.schema.load import load_pipeline
 

@@ -33,8 +33,8 @@ def modes(
     The report is the HTML page NAME-modes.html beside the modal file; the page of modalprep run stays as it is.
     """
     from modalprep.errors import InputError
-    from modalprep.pipeline.build.build import build_body
-    from modalprep.pipeline.build.sources import claiming, output_folder, refuse_shared_folders
+    from modalprep.pipeline.building.build import build_body
+    from modalprep.pipeline.building.sources import claiming, output_folder, refuse_shared_folders
     from modalprep.pipeline.console import Reporter
     from modalprep.report.body_page.inputs import Inputs
     from modalprep.report.body_page.printing import find_browser, print_page
@@ -44,7 +44,7 @@ def modes(
     reporter, browser = Reporter(quiet=as_json), find_browser() if pdf else None
     if file.suffix == ".toml":
         from modalprep.pipeline.batch.settings import with_settings
-        from modalprep.pipeline.build.described import body_inputs
+        from modalprep.pipeline.building.described import body_inputs
 
         source, output = with_settings(file, settings or [], output)
         file = source.path
@@ -55,7 +55,7 @@ def modes(
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
-        from modalprep.pipeline.build.sources import refuse_overwriting
+        from modalprep.pipeline.building.sources import refuse_overwriting
 
         if settings:
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
@@ -102,7 +102,7 @@ def render(
     """
     from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
-    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
+    from modalprep.pipeline.building.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.report.pictures.animation import animate_mode
     from modalprep.report.pictures.render import render_mesh, render_mode
@@ -152,7 +152,7 @@ def check(
 
     The body is that of a modal file or of a pipeline file.
     """
-    from modalprep.pipeline.build.check import check_file
+    from modalprep.pipeline.building.check import check_file
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
@@ -186,7 +186,7 @@ def export(
     """Convert a modal file to the format of another program."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
-    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
+    from modalprep.pipeline.building.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
@@ -256,7 +256,7 @@ def import_file(
     """Read a body of another program, and write its modal file."""
     from modalprep.formats.bodies.read import import_body
     from modalprep.formats.modalfile import write_body
-    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
+    from modalprep.pipeline.building.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.report.tables import body_summary
 

@@ -64,7 +64,7 @@ def compare(
     """
     from modalprep.correlation import correlate
     from modalprep.correlation.axes import turned_axes
-    from modalprep.pipeline.build.sources import claiming, refuse_overwriting
+    from modalprep.pipeline.building.sources import claiming, refuse_overwriting
     from modalprep.pipeline.console import Reporter
 
     picture = target or file.with_name(f"{file.stem}-against-{test.stem}.png")

@@ -82,7 +82,7 @@ def quality(
 
         source = load(file)
     if picture:
-        from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+        from modalprep.pipeline.building.sources import needed_files, refuse_overwriting
 
         refuse_overwriting([picture], needed_files(source) if source else [file])
     mesh, found = _mesh_quality(source or file, length_unit)
@@ -225,7 +225,7 @@ def _parameters(given: Sequence[str]) -> dict[str, str]:
 def _mesh_quality(file: Path | Loaded, length_unit: str) -> tuple[Any, Any]:
     """Read and check a mesh; a pipeline file also says its units, its structural groups and its interfaces."""
     if not isinstance(file, Path):
-        from modalprep.pipeline.build.model import pipeline_quality
+        from modalprep.pipeline.building.model import pipeline_quality
 
         return pipeline_quality(file)
     from modalprep.fe.quality.quality import check_mesh

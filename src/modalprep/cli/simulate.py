@@ -54,7 +54,7 @@ def simulate(
     margin is negative or a damage is 1 or more.
     """
     from modalprep.pipeline.batch.settings import with_settings
-    from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
+    from modalprep.pipeline.building.sources import needed_files, output_folder, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.drawn import plot_runs
     from modalprep.pipeline.outcome import Outcome

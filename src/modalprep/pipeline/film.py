@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.formats.resultfile import read_result
-from modalprep.pipeline.build.build import made_bodies
-from modalprep.pipeline.build.sources import needed_files, output_folder, refuse_overwriting
+from modalprep.pipeline.building.build import made_bodies
+from modalprep.pipeline.building.sources import needed_files, output_folder, refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.systems.read import read_system

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from modalprep.correlation.derivatives import Sensitivities
-    from modalprep.pipeline.build.built import Built
-    from modalprep.pipeline.build.synthesis import Synthesised
+    from modalprep.pipeline.building.built import Built
+    from modalprep.pipeline.building.synthesis import Synthesised
     from modalprep.pipeline.drawn import Drawn
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength

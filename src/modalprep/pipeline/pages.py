@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def page_of_body(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
     """Write the page of the body of a pipeline file beside its modal file, as ``NAME.html``."""
-    from modalprep.pipeline.build.described import body_inputs
+    from modalprep.pipeline.building.described import body_inputs
     from modalprep.report.page import BodyPage, write_page
 
     built, drawn, run = outcome.built, outcome.body_drawn, outcome.run_drawn
@@ -62,7 +62,7 @@ def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
 
     Its damage stands there where there is no page of a body.
     """
-    from modalprep.pipeline.build.inputs import page_inputs
+    from modalprep.pipeline.building.inputs import page_inputs
     from modalprep.report.run_page.page import RunPage, write_run_page
 
     pipeline, simulated, plots = source.pipeline, outcome.simulated, outcome.run_drawn.plots

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from modalprep.errors import RenderError
 from modalprep.extras import need
-from modalprep.pipeline.build.build import build_body
-from modalprep.pipeline.build.built import Built
-from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.sources import output_folder, refuse_shared_folders
+from modalprep.pipeline.building.build import build_body
+from modalprep.pipeline.building.built import Built
+from modalprep.pipeline.building.cache import Cache
+from modalprep.pipeline.building.sources import output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.drawn import Drawn, draw_runs, not_drawn
 from modalprep.pipeline.outcome import Outcome
@@ -20,7 +20,7 @@ from modalprep.verdicts.notes import silent
 
 if TYPE_CHECKING:
     from modalprep.correlation.derivatives import Sensitivities
-    from modalprep.pipeline.build.synthesis import Synthesised
+    from modalprep.pipeline.building.synthesis import Synthesised
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
@@ -142,7 +142,7 @@ def _responses(source: Loaded, built: Built, folder: Path, reporter: Reporter) -
 
 def _sensitivities(source: Loaded, folder: Path, reporter: Reporter) -> Sensitivities:
     from modalprep.atomic import write_table
-    from modalprep.pipeline.build.sensitivity import pipeline_sensitivities
+    from modalprep.pipeline.building.sensitivity import pipeline_sensitivities
     from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_table
 
     found = pipeline_sensitivities(source)
@@ -154,7 +154,7 @@ def _sensitivities(source: Loaded, folder: Path, reporter: Reporter) -> Sensitiv
 
 
 def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Synthesised:
-    from modalprep.pipeline.build.synthesis import strain_fractions, synthesise_pipeline
+    from modalprep.pipeline.building.synthesis import strain_fractions, synthesise_pipeline
     from modalprep.report.synthesis import synthesis_table
 
     found = synthesise_pipeline(source, output, reporter)
@@ -165,7 +165,7 @@ def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Syn
 
 
 def _system_drawn(source: Loaded, found: Synthesised, folder: Path, wanted: str | int, reporter: Reporter) -> Drawn:
-    from modalprep.pipeline.build.synthesis import strain_fractions
+    from modalprep.pipeline.building.synthesis import strain_fractions
     from modalprep.pipeline.pictures import counted
     from modalprep.report.synthesis import draw_modes, strain_plot
 

@@ -10,7 +10,7 @@ from modalprep.errors import InputError
 from modalprep.formats.hdf5 import file_format
 from modalprep.formats.modalfile import read_body
 from modalprep.formats.resultfile import read_result
-from modalprep.pipeline.build.sources import refuse_overwriting
+from modalprep.pipeline.building.sources import refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import read_system

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 import modalprep as mp
 from modalprep.cli import main
-from modalprep.pipeline.build.model import assemble_pipeline
+from modalprep.pipeline.building.model import assemble_pipeline
 from modalprep.pipeline.schema.load import load_pipeline
 
 MODES = 20  # of those compared with the finer mesh: up to 36 Hz

@@ -15,7 +15,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Beam, Shell, Solid, Truss
 from modalprep.linalg.modes import lowest_modes
-from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.schema.load import load
 from modalprep.reduction.clamped import clamp
 

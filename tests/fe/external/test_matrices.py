@@ -384,7 +384,7 @@ def test_pipeline_run(job, capsys):
 
 
 def test_pipeline_builds_again_when_a_matrix_changes(job):
-    from modalprep.pipeline.build.inputs import inputs
+    from modalprep.pipeline.building.inputs import inputs
     from modalprep.pipeline.schema.load import load
 
     before = inputs(load(job))

@@ -9,7 +9,7 @@ import pytest
 import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section
 from modalprep.fe.properties.plausible import implausible_body, implausible_sections
-from modalprep.pipeline.build.model import read_pipeline_mesh
+from modalprep.pipeline.building.model import read_pipeline_mesh
 from modalprep.pipeline.schema.load import load
 
 STEEL = {"E": 2.1e11, "nu": 0.3, "rho": 7850.0}

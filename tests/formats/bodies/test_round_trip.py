@@ -13,7 +13,7 @@ from modalprep.examples import uniform_beam
 from modalprep.formats import export_body, import_body
 from modalprep.formats.bodies.read import FORMATS, NO_BODY
 from modalprep.formats.export import EXPORTS, PICTURES
-from modalprep.pipeline.build.build import build_body
+from modalprep.pipeline.building.build import build_body
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.read import system_of

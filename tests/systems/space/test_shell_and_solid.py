@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 from systems.shipped import PIPELINES, run_shipped
 
 from modalprep.multibody.analysis.spin import spin_modes
-from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load
 from modalprep.pipeline.systems.systems import simulate_pipeline

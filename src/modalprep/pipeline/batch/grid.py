@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
-from modalprep.pipeline.build.sources import mark_source, refuse_shared, relative, source_files
+from modalprep.pipeline.building.sources import mark_source, refuse_shared, relative, source_files
 from modalprep.pipeline.schema.base import first_message, named_files
 from modalprep.pipeline.schema.load import Loaded, read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline

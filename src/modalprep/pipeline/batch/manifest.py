@@ -10,7 +10,7 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.fe.readers.digest import mesh_digest
 from modalprep.pipeline.batch.job import DONE, Job, Record
-from modalprep.pipeline.build.sources import relative, source_files
+from modalprep.pipeline.building.sources import relative, source_files
 from modalprep.pipeline.schema.base import DeckName, named_files
 from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.program import file_digest

@@ -12,7 +12,7 @@ import tomli_w
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.grid import combined, moved, validated, write_job
 from modalprep.pipeline.batch.job import Job
-from modalprep.pipeline.build.sources import mark_source, refuse_shared
+from modalprep.pipeline.building.sources import mark_source, refuse_shared
 from modalprep.pipeline.schema.load import Loaded, load, read_toml
 
 

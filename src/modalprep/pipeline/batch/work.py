@@ -18,7 +18,7 @@ from modalprep.atomic import not_written
 from modalprep.errors import InputError, ModalprepError, OutputError
 from modalprep.pipeline.batch.job import DONE, Job, Record, Setting, failure
 from modalprep.pipeline.batch.manifest import finished, input_digests, output_digests, write_manifest
-from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.building.cache import Cache
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.run import run_pipeline
 from modalprep.pipeline.schema.load import Loaded, load

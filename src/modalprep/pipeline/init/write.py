@@ -11,8 +11,8 @@ from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.pipeline.build.model import assemble_pipeline
-from modalprep.pipeline.build.sources import refuse_overwriting
+from modalprep.pipeline.building.model import assemble_pipeline
+from modalprep.pipeline.building.sources import refuse_overwriting
 from modalprep.pipeline.init.interfaces import without
 from modalprep.pipeline.init.materials import chosen_material
 from modalprep.pipeline.init.pendulum import pendulum_text

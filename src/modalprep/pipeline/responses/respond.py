@@ -11,9 +11,9 @@ from modalprep.atomic import write_columns, write_table
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.responsefile import write_response
-from modalprep.pipeline.build.build import stand_in
-from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
-from modalprep.pipeline.build.sources import refuse_overwriting, source_files
+from modalprep.pipeline.building.build import stand_in
+from modalprep.pipeline.building.reduce import implausible_ratios, target_damping
+from modalprep.pipeline.building.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.responses.notches import excess, lowered, notched_input, too_shallow, with_limited
 from modalprep.pipeline.schema.base import naming

@@ -12,7 +12,7 @@ from modalprep.atomic import write_columns, write_table
 from modalprep.body.stress import VON_MISES
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
-from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.building.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded

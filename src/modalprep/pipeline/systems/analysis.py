@@ -21,7 +21,7 @@ from modalprep.multibody.analysis.system_modes import SystemModes, system_modes
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
-from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_shared_folders
+from modalprep.pipeline.building.sources import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
 from modalprep.pipeline.schema.base import naming

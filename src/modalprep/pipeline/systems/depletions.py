@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
 from modalprep.multibody.model.depletion import Depletion, ExpelledGas, deplete
 from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.pipeline.build.build import read_rigid
+from modalprep.pipeline.building.build import read_rigid
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import DepletionTable, JetTable, LevelTable
 from modalprep.pipeline.schema.pipeline import Pipeline

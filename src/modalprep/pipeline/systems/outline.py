@@ -20,7 +20,7 @@ from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.simulate import channel_names, check_span, check_steps
-from modalprep.pipeline.build.build import read_bodies, stand_in
+from modalprep.pipeline.building.build import read_bodies, stand_in
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import read_events

@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
-from modalprep.pipeline.build.build import current_body, read_bodies
+from modalprep.pipeline.building.build import current_body, read_bodies
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded

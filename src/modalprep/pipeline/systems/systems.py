@@ -18,8 +18,8 @@ from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import audits, body_warnings
 from modalprep.multibody.simulate import simulate
-from modalprep.pipeline.build.build import made_bodies
-from modalprep.pipeline.build.sources import (
+from modalprep.pipeline.building.build import made_bodies
+from modalprep.pipeline.building.sources import (
     mark_source,
     needed_files,
     output_folder,

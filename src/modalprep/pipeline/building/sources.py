@@ -9,7 +9,7 @@ from pathlib import Path
 
 from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
-from modalprep.pipeline.build.supplied import supplied_files
+from modalprep.pipeline.building.supplied import supplied_files
 from modalprep.pipeline.schema.base import BodyName, PipelineName, named_files
 from modalprep.pipeline.schema.load import Loaded, same_file
 

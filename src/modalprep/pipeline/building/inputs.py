@@ -11,8 +11,8 @@ from pathlib import Path
 
 from modalprep import __version__
 from modalprep.fe.readers.digest import matrices_digest, mesh_digest
-from modalprep.pipeline.build.sources import needed_files
-from modalprep.pipeline.build.supplied import supplied_digest
+from modalprep.pipeline.building.sources import needed_files
+from modalprep.pipeline.building.supplied import supplied_digest
 from modalprep.pipeline.schema.base import named_files
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.program import file_digest, program

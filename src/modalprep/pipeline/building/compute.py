@@ -11,15 +11,15 @@ from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
 from modalprep.extras import missing
 from modalprep.formats.modalfile import write_body
-from modalprep.pipeline.build.built import Built, Tables
-from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.described import model_tables
-from modalprep.pipeline.build.energies import energy_tables
-from modalprep.pipeline.build.inputs import inputs
-from modalprep.pipeline.build.model import checked_model, pipeline_recovery, pipeline_stress, read_pipeline_mesh
-from modalprep.pipeline.build.reduce import asked_loads, implausible_ratios, reduce_model, target_damping
-from modalprep.pipeline.build.stages import caching_algebra
-from modalprep.pipeline.build.supplied import read_supplied
+from modalprep.pipeline.building.built import Built, Tables
+from modalprep.pipeline.building.cache import Cache
+from modalprep.pipeline.building.described import model_tables
+from modalprep.pipeline.building.energies import energy_tables
+from modalprep.pipeline.building.inputs import inputs
+from modalprep.pipeline.building.model import checked_model, pipeline_recovery, pipeline_stress, read_pipeline_mesh
+from modalprep.pipeline.building.reduce import asked_loads, implausible_ratios, reduce_model, target_damping
+from modalprep.pipeline.building.stages import caching_algebra
+from modalprep.pipeline.building.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded

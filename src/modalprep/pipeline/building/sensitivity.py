@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from modalprep.correlation.derivatives import Sensitivities, sensitivities
-from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
 

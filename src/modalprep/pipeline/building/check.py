@@ -10,9 +10,9 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.verify import check_buckling, check_geometric_stiffness, check_projection
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
-from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery, read_pipeline_mesh
-from modalprep.pipeline.build.reduce import reduce_model
-from modalprep.pipeline.build.supplied import read_supplied
+from modalprep.pipeline.building.model import assemble_pipeline, pipeline_recovery, read_pipeline_mesh
+from modalprep.pipeline.building.reduce import reduce_model
+from modalprep.pipeline.building.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load

@@ -16,9 +16,9 @@ from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Truss
 from modalprep.fe.quality.quality import Quality
 from modalprep.formats.hdf5 import stated_checksum
-from modalprep.pipeline.build.built import Built
-from modalprep.pipeline.build.inputs import page_inputs
-from modalprep.pipeline.build.model import pipeline_node_sets, pipeline_sections
+from modalprep.pipeline.building.built import Built
+from modalprep.pipeline.building.inputs import page_inputs
+from modalprep.pipeline.building.model import pipeline_node_sets, pipeline_sections
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.report.body_page.inputs import Inputs

@@ -19,7 +19,7 @@ from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import read_mesh
 from modalprep.fe.recovery.recover import ModelRecovery, Recover, model_recovery
-from modalprep.pipeline.build.inputs import matrix_files
+from modalprep.pipeline.building.inputs import matrix_files
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline

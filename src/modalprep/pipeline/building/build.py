@@ -13,11 +13,11 @@ from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
 from modalprep.formats.export import EXPORTS
 from modalprep.formats.modalfile import read_body
-from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
-from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.inputs import inputs
-from modalprep.pipeline.build.sources import mark_source, output_folder, refuse_overwriting, source_files
-from modalprep.pipeline.build.supplied import read_supplied
+from modalprep.pipeline.building.built import Built, body_key, recall_body, store_body
+from modalprep.pipeline.building.cache import Cache
+from modalprep.pipeline.building.inputs import inputs
+from modalprep.pipeline.building.sources import mark_source, output_folder, refuse_overwriting, source_files
+from modalprep.pipeline.building.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.changing import LevelTable
@@ -37,7 +37,7 @@ def build_body(path: str | Path | Loaded, folder: Path, reporter: Reporter, cach
     AccuracyError
         When a physics check fails; nothing is written then.
     """
-    from modalprep.pipeline.build.compute import compute_body  # what computes is not imported where a body is read
+    from modalprep.pipeline.building.compute import compute_body  # what computes is not imported where a body is read
 
     source = _with_body(load(path))
     file = folder / f"{source.path.stem}.h5"
@@ -50,7 +50,7 @@ def build_body(path: str | Path | Loaded, folder: Path, reporter: Reporter, cach
 
 def _cached(source: Loaded, file: Path, reporter: Reporter, cache: Cache) -> Built:
     """Return the body of a pipeline file from the cache, or compute it and put it there."""
-    from modalprep.pipeline.build.compute import compute_body
+    from modalprep.pipeline.building.compute import compute_body
 
     with naming(source.path):
         given = inputs(source)

@@ -14,7 +14,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.pipeline.build.model import connected_mesh, node_set
+from modalprep.pipeline.building.model import connected_mesh, node_set
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline

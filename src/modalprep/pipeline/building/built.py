@@ -13,7 +13,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.formats.modalfile import read_body, write_body
-from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.building.cache import Cache
 from modalprep.report.body_page.table import Table
 
 if TYPE_CHECKING:

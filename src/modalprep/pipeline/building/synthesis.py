@@ -11,9 +11,9 @@ from modalprep.atomic import write_json
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
-from modalprep.pipeline.build.build import current_body, read_bodies
-from modalprep.pipeline.build.reduce import implausible_ratios, target_damping
-from modalprep.pipeline.build.sources import (
+from modalprep.pipeline.building.build import current_body, read_bodies
+from modalprep.pipeline.building.reduce import implausible_ratios, target_damping
+from modalprep.pipeline.building.sources import (
     mark_source,
     needed_files,
     output_folder,

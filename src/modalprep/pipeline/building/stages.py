@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.modes import Modes
-from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.building.cache import Cache
 
 UNKNOWN = -1  # stands for None where a count is stored
 
