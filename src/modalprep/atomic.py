@@ -77,7 +77,7 @@ def _remove_abandoned(folder: Path) -> None:
         for entry in entries:
             found = PART.fullmatch(entry.name)
             with suppress(OSError):
-                if found and _is_abandoned(*found.groups(), entry.stat().st_mtime):
+                if found and _is_abandoned(found[1], found[2], entry.stat().st_mtime):
                     os.unlink(entry.path)
 
 

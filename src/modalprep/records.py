@@ -9,11 +9,13 @@ from typing import Any, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
-Given, Kept = TypeVar("Given"), TypeVar("Kept")
+Given = TypeVar("Given")
+Kept = TypeVar("Kept")
+NOTHING: Any = MISSING  # as the default of a value of any type
 
 
 def given(
-    *, converter: Callable[[Given], Kept], default: Given = MISSING, default_factory: Callable[[], Given] = MISSING
+    *, converter: Callable[[Given], Kept], default: Given = NOTHING, default_factory: Callable[[], Given] = NOTHING
 ) -> Kept:
     """Return a field that users give as one type, such as a list, and that the record keeps as another.
 
@@ -30,12 +32,14 @@ def given(
     >>> Ray().axis, Ray(axis=[1, 0, 0]).axis
     (array([0., 0., 1.]), array([1., 0., 0.]))
     """
-    return field(default=default, default_factory=default_factory, metadata={"converter": converter})
+    make: Any = field  # whose types know nothing of a conversion
+    return make(default=default, default_factory=default_factory, metadata={"converter": converter})
 
 
 def optional(convert: Callable[[Given], Kept]) -> Callable[[Given | None], Kept | None]:
     """Return a converter that leaves None as it is."""
-    return lambda value, what="": None if value is None else convert(value, what)
+    call: Any = convert
+    return lambda value, what="": None if value is None else call(value, what)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
@@ -50,13 +54,13 @@ def _names(kind: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind))
 
 
-def filled(value: Kept | None, what: str = "") -> Kept:
+def filled(value: np.ndarray | None, what: str = "") -> np.ndarray:
     """Return the value of a field as it is: where users give None, the ``__post_init__`` of the record fills it in.
 
     Examples
     --------
-    >>> filled(2.0)
-    2.0
+    >>> filled(np.ones(2))
+    array([1., 1.])
     """
     found: Any = value
     return found
@@ -164,7 +168,7 @@ class Record:
 
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed."""
-        return replace(self, **changes)
+        return replace(self, **changes)  # type: ignore[type-var]
 
     def _unchecked(self, **changes: Any) -> Self:
         found = object.__new__(type(self))

@@ -29,7 +29,7 @@ def vector(value: VectorLike, what: str = "") -> np.ndarray:
     return np.asarray(value, dtype=float)
 
 
-def matrix(value: MatrixLike, what: str = "") -> np.ndarray:
+def matrix(value: MatrixLike | VectorLike, what: str = "") -> np.ndarray:
     """Return rows of numbers that are given as lists, tuples or an array.
 
     Examples
@@ -166,7 +166,7 @@ def _proper(matrix: np.ndarray) -> bool:
     return bool(np.abs(matrix @ matrix.T - UNIT).max() < PROPER) and determinant > 0
 
 
-def _about_axis(axis: Any, angle: float, what: str) -> np.ndarray:
+def _about_axis(axis: Any, angle: Any, what: str) -> np.ndarray:
     axis = np.asarray(axis, dtype=float)
     if axis.shape != (3,) or not 0 < np.linalg.norm(axis) < np.inf or not np.isfinite(angle):
         raise InputError(f"{what}: axis {axis.tolist()} with angle {angle} has no direction")

@@ -263,7 +263,7 @@ def _largest(body: FlexibleBody) -> float:
     return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
 
-def relative(a: np.ndarray, b: np.ndarray, floor: float = 0.0) -> float:
+def relative(a: np.ndarray | float, b: np.ndarray | float, floor: float = 0.0) -> float:
     """Return the largest difference of two arrays over the largest entry of the second, or over `floor`.
 
     Examples

@@ -117,7 +117,7 @@ def _stress(a: FlexibleBody, b: FlexibleBody, points: list[str]) -> float:
         if one.components != other.components:
             return np.inf
         turned = np.abs(one.axes - other.axes).max()
-        found.append(max(turned, _relative(*(at.modes @ _static(body) for at, body in ((one, a), (other, b))))))
+        found.append(max(turned, _relative(one.modes @ _static(a), other.modes @ _static(b))))
     return float(max(found))
 
 

@@ -99,8 +99,8 @@ def turned_axes(text: str) -> np.ndarray:
            [-1.,  0.,  0.],
            [ 0.,  0.,  1.]])
     """
-    words = [WORD.fullmatch(part.strip()) for part in text.split(",")]
-    if len(words) != 3 or None in words or len({word[2] for word in words}) != 3:
+    words = [word for part in text.split(",") if (word := WORD.fullmatch(part.strip()))]
+    if text.count(",") != 2 or len({word[2] for word in words}) != 3:
         raise InputError(f"axes {text!r} are not three of x, y, z with signs, such as y,-x,z")
     R = np.zeros((3, 3))
     for row, word in enumerate(words):

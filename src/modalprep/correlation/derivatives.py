@@ -182,13 +182,13 @@ def _modes(model: FEModel, count: int, boundary: str) -> tuple[np.ndarray, np.nd
     """Return the lowest elastic ``w^2`` (n,) and their shapes (n_dof, n) of unit modal mass."""
     K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
     i = np.setdiff1d(np.arange(K.shape[0]), np.searchsorted(model.free, model.interfaces[0].dofs))
-    held = [A[i][:, i].tocsr() for A in (K, M)]
+    K_i, M_i = (A[i][:, i].tocsr() for A in (K, M))
     if boundary == "clamped":
-        w2, x, _ = lowest_modes(*held, count)
+        w2, x, _ = lowest_modes(K_i, M_i, count)
         phi = np.zeros((K.shape[0], len(w2)))
         phi[i] = x
         return w2, model.C @ phi
-    softest = lowest_modes(*held, 1).w2[0]
+    softest = lowest_modes(K_i, M_i, 1).w2[0]
     w2, phi, _ = lowest_modes(K, M, count + 6, shift=-softest)
     elastic = w2 > RIGID * softest
     return w2[elastic][:count], model.C @ phi[:, elastic][:, :count]

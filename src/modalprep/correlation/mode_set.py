@@ -70,7 +70,7 @@ class ModeSet(Record):
     @property
     def measured(self) -> np.ndarray:
         """Which components (p, 3) are known, in all modes."""
-        return ~np.isnan(self.shape).any(axis=2)
+        return np.logical_not(np.isnan(self.shape).any(axis=2))
 
     def select(self, modes: np.ndarray) -> ModeSet:
         """Return some of the modes, by their number from 0.

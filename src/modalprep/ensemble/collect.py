@@ -58,7 +58,9 @@ class Collected:
 
     def adopt(self, before: Ensemble | None) -> None:
         """Take the finished cases of an earlier call; those that failed are to be run again."""
-        for case in range(len(before) if before is not None else 0):
+        if before is None:
+            return
+        for case in range(len(before)):
             if before.status[case] in (DONE, DIVERGED):
                 tables = ({name: values[case] for name, values in table.items()}
                           for table in (before.events, before.channels))  # fmt: skip

@@ -108,10 +108,11 @@ class CaseTask:
             return self._failed(case, " ".join(str(error).split()), begin)
         except Exception as error:  # a fault of the program or of a user's function fails this case only
             return self._failed(case, f"{type(error).__name__}: {' '.join(str(error).split())}", begin)
-        spent, errors = time.perf_counter() - begin, (run.stats.get(name, np.nan) for name in ERRORS)
+        spent = time.perf_counter() - begin
+        energy, momentum = (run.stats.get(name, np.nan) for name in ERRORS)
         audit = "; ".join(failures(run, self.options["rtol"], self._mass)) if run.status == DONE else ""
         message = NOTED.join((run.message, *run.notes))
-        return Ended(case, run.status, message, spent, float(run.time[-1]), *errors, audit, events, histories)
+        return Ended(case, run.status, message, spent, float(run.time[-1]), energy, momentum, audit, events, histories)
 
     def _failed(self, case: int, message: str, begin: float) -> Ended:
         return Ended(case, FAILED, message, time.perf_counter() - begin)

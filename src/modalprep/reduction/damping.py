@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -304,7 +304,7 @@ def component_damping(
     return ComponentDamping(damping=found, frequency=frequency, target=ratio, achieved=own / (2 * w), coupling=coupling)
 
 
-def _least_squares(modes: SynthesisedModes, w: np.ndarray, ratio: np.ndarray, target: Ratio) -> dict[str, np.ndarray]:
+def _least_squares(modes: SynthesisedModes, w: np.ndarray, ratio: np.ndarray, target: Any) -> dict[str, np.ndarray]:
     """Solve for d over that of the largest target ratio; at the component's own frequencies it should be `prior`."""
     from scipy.optimize import nnls  # which takes a tenth of a second to import
 

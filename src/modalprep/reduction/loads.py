@@ -134,7 +134,7 @@ def _pressure(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
 def _face_areas(kind: str, points: np.ndarray) -> np.ndarray:
     """Integrate ``N_k n dA`` (faces, nodes, 3) of faces with corners and mid-sides at `points` (faces, nodes, 3)."""
     cell = cell_of(kind)
-    if cell.count != points.shape[1] or not cell.powers:
+    if cell is None or cell.count != points.shape[1] or not cell.powers:
         raise InputError(f"a pressure on faces of {points.shape[1]} nodes ({kind}) is not known; take 3, 4, 6, 8 or 9")
     place, weight = _gauss(cell.shape == "triangle")
     own = _monomials(cell.powers, cell.node_coordinates(), (0, 0))

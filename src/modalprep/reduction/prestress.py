@@ -187,11 +187,12 @@ def prestressed_modes(
     """
     refuse_other("prestressed_modes: the model", FEModel, model)
     clamped, Kg, x = _prestress(model, load, gravity)
+    w2, phi = np.array([-1.0]), np.zeros((0, 1))  # of a structure that has buckled
     try:
         count = min(modes + MORE, clamped.K_ii.shape[0])
         w2, phi, _ = lowest_modes((clamped.K_ii + Kg).tocsr(), clamped.M_ii, count)
     except AccuracyError:
-        w2 = np.array([-1.0])
+        pass
     if np.any(w2 <= 0) or _largest(-Kg, clamped, 1)[0][0] >= 1:
         raise InputError("the structure buckles under this load: it has no frequencies; reduce the load")
     w2, turn = eigh(np.diag(w2), _moved_mass(clamped, x, phi))

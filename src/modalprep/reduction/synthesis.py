@@ -196,7 +196,7 @@ def _placed(bodies: Mapping[str, ModalBody], welds: list[_Weld], given: dict[str
     places = {name: _read_place(bodies, name, at) for name, at in given.items()}
     while len(places) < len(bodies):
         before = len(places)
-        for (known, k), (name, j) in (ends[::step] for _, ends, _ in welds if ends[1] for step in (1, -1)):
+        for (known, k), (name, j) in (two for weld in welds for two in _both_ways(weld)):
             if known in places and name not in places:
                 p, R = places[known]
                 places[name] = (p + R @ (bodies[known].interface_position[k] - bodies[name].interface_position[j]), R)
@@ -205,10 +205,16 @@ def _placed(bodies: Mapping[str, ModalBody], welds: list[_Weld], given: dict[str
     return places
 
 
+def _both_ways(weld: _Weld) -> list[tuple[tuple[str, int], tuple[str, int]]]:
+    """Return the ends of a weld of two bodies, in both orders; none of a weld to the ground."""
+    one, other = weld.ends
+    return [] if other is None else [(one, other), (other, one)]
+
+
 def _refuse_gaps(
     bodies: Mapping[str, ModalBody], welds: list[_Weld], places: dict[str, Placement], size: float
 ) -> None:
-    for label, ends, _ in (weld for weld in welds if weld.ends[1]):
+    for label, ends in ((weld.label, two) for weld in welds for two in _both_ways(weld)[:1]):
         a, b = (places[name][0] + places[name][1] @ bodies[name].interface_position[k] for name, k in ends)
         if not np.linalg.norm(a - b) <= MEET * size:
             raise InputError(

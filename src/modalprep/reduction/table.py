@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
@@ -187,12 +187,15 @@ class ModeTable(Record):
 class ModalBody(Protocol):
     """Interface of a body for synthesis, such as `body.FlexibleBody` (theory 4)."""
 
+    name: str
     m: float
     s0: np.ndarray
     E0: np.ndarray
     S: np.ndarray
     H: np.ndarray
     K: np.ndarray
+    D: np.ndarray
+    modes: ModeTable
     modal_mass: np.ndarray
     T: np.ndarray | None
     phi: np.ndarray
@@ -207,3 +210,8 @@ class ModalBody(Protocol):
     @property
     def n(self) -> int:
         """Number of modal coordinates."""
+        ...
+
+    def with_(self, **changes: Any) -> Self:
+        """Return a copy with the named fields changed."""
+        ...

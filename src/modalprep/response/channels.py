@@ -48,8 +48,8 @@ class Block(NamedTuple):
     def values(self, q: np.ndarray, qdd: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return the values (nt, p, c, r) at coordinates and accelerations (nt, n, r) and inputs (nt, k, r)."""
         return sum(
-            np.moveaxis(np.tensordot(x, matrix, (1, 2)), 1, 3)
-            for x, matrix in ((q, self.q), (qdd, self.qdd), (u, self.u))
+            (np.moveaxis(np.tensordot(x, matrix, (1, 2)), 1, 3) for x, matrix in ((qdd, self.qdd), (u, self.u))),
+            np.moveaxis(np.tensordot(q, self.q, (1, 2)), 1, 3),
         )
 
     def parts(self, count: int) -> Iterator[Block]:
@@ -59,8 +59,8 @@ class Block(NamedTuple):
         for start in range(0, len(self.places), step):
             part = slice(start, start + step)
             units = self.units[start * per : (start + step) * per] if per else self.units
-            arrays = (x[part] for x in (self.q, self.qdd, self.u))
-            yield Block(self.name, self.places[part], self.components, units, *arrays, self.mises, self.allowable)
+            q, qdd, u = (x[part] for x in (self.q, self.qdd, self.u))
+            yield Block(self.name, self.places[part], self.components, units, q, qdd, u, self.mises, self.allowable)
 
     @property
     def full_components(self) -> tuple[str, ...]:
@@ -147,7 +147,7 @@ def _interfaces(body: FlexibleBody) -> Iterator[Block]:
         places = ("acceleration", "angular_acceleration", "displacement", "rotation")[: 2 if k == 0 else 4]
         units = [unit for unit in ("m/s^2", "rad/s^2", "m", "rad")[: len(places)] for _ in AXES]
         q, qdd = np.concatenate([none, shapes]), np.concatenate([shapes, none])
-        yield Block(name, places, AXES, tuple(units), *(x[: len(places)] for x in (q, qdd, u)))
+        yield Block(name, places, AXES, tuple(units), q[: len(places)], qdd[: len(places)], u[: len(places)])
 
 
 def _recovered(name: str, x: Recovery, body: FlexibleBody) -> Block:

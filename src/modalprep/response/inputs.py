@@ -95,10 +95,10 @@ class Spectrum(Record):
             raise InputError("a spectrum needs a level for each frequency, and one of them as a number")
         value = np.array([0.0 if isinstance(level, str) else level for level in levels])
         for k in [*range(known[0] - 1, -1, -1), *range(known[0] + 1, len(levels))]:
-            if isinstance(levels[k], str):
+            if isinstance(level := levels[k], str):
                 near = k + 1 if k < known[0] else k - 1
                 octaves = np.log2(frequency[k] / frequency[near])
-                value[k] = value[near] * 10 ** (_slope(levels[k]) * octaves / 10)
+                value[k] = value[near] * 10 ** (_slope(level) * octaves / 10)
         return cls(frequency=np.array(frequency, dtype=float), value=value)
 
     def at(self, f: np.ndarray) -> np.ndarray:
@@ -113,15 +113,15 @@ class Spectrum(Record):
         if self.frequency is None:
             found = np.full(f.shape, self.value[0])
         else:
-            found = np.where((f >= self.frequency[0]) & (f <= self.frequency[-1]), self._inside(f), 0.0)
+            found = np.where((f >= self.frequency[0]) & (f <= self.frequency[-1]), self._inside(f, self.frequency), 0.0)
         if self.phase is None:
             return found
         turn = self.phase[0] if self.frequency is None else np.interp(f, self.frequency, self.phase)
         return found * np.exp(1j * turn)
 
-    def _inside(self, f: np.ndarray) -> np.ndarray:
-        k = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, len(self.frequency) - 2)
-        (f0, f1), (a, b) = (x[np.stack([k, k + 1])] for x in (self.frequency, self.value))
+    def _inside(self, f: np.ndarray, own: np.ndarray) -> np.ndarray:
+        k = np.clip(np.searchsorted(own, f, side="right") - 1, 0, len(own) - 2)
+        (f0, f1), (a, b) = (x[np.stack([k, k + 1])] for x in (own, self.value))
         wide = f1 > f0
         f1, f = np.where(wide, f1, 2 * f0), np.clip(f, f0, np.where(wide, f1, f0))
         straight = a + (b - a) * (f - f0) / (f1 - f0)

@@ -38,7 +38,7 @@ class Integrator:
         whole = np.zeros((3, len(u), len(still)))
         whole[0][:, still] = u @ self.equations.B[still].T / self.equations.K[still]
         whole[:, :, ~still] = q, qd, qdd
-        return tuple(whole)
+        return whole[0], whole[1], whole[2]
 
     def _moving(self, step: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, q' and q'' of the coordinates with mass."""
@@ -67,8 +67,8 @@ def _poles(
     driven[1:] = h * ((one - two) * force[:-1] + two * force[1:])
     for k, factor in enumerate(np.exp(x)):
         driven[:, k] = scipy.signal.lfilter([1.0], [1.0, -factor], driven[:, k])
-    q = driven.imag / wd
-    return q, driven.real - decay * q
+    q = np.imag(driven) / wd
+    return q, np.real(driven) - decay * q
 
 
 def phi_functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -320,7 +320,7 @@ def quasi_static_limit(
 
     def excess(level: float) -> float:
         cut = np.minimum(force, level)
-        return SIGMAS * np.sqrt(np.trapezoid(cut, frequency) if weight is None else weight @ cut) - most
+        return float(SIGMAS * np.sqrt(np.trapezoid(cut, frequency) if weight is None else weight @ cut) - most)
 
     if excess(np.inf) <= 0:
         return np.full(force.shape, np.inf)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -186,7 +186,7 @@ def _damping(body: FlexibleBody, given: Damping, K: np.ndarray, Y: np.ndarray) -
     """Return D in the modes with unit mass: (n,), or (n, n) where it couples them."""
     if isinstance(given, Rayleigh):
         return given.alpha + given.beta * K
-    if given is not None and np.ndim(given) < 2:
+    if given is not None and (isinstance(given, Mapping) or np.ndim(given) < 2):
         w = np.sqrt(K)
         return 2 * damping_ratio(given, w / (2 * np.pi)) * w
     D = np.diag(body.D) if given is None else np.asarray(given, dtype=float)

@@ -240,8 +240,9 @@ class Collector:
         for k, (place, component, unit) in enumerate(part.labels()):
             name = channel_name(whole.name, place, component)
             own = {key: float(values[k]) for key, values in figures.items()}
-            judged = whole.allowable is not None and (whole.mises is None or component == VON_MISES)
-            ratio = whole.allowable / own[largest] if judged and own[largest] > 0 else np.nan
+            judged = whole.mises is None or component == VON_MISES
+            most = whole.allowable if judged and own[largest] > 0 else None
+            ratio = np.nan if most is None else most / own[largest]
             self.peaks.append(Peak(whole.name, place, component, unit, own[largest], own, ratio - 1))
             if self.keeps(whole, name):
                 self.names.append(name)

@@ -77,7 +77,7 @@ class SNCurve(Record):
         """
         return self.stress * (self.cycles / (self.knee or self.cycles)) ** (1 / self.slope)
 
-    def life(self, amplitude: np.ndarray) -> np.ndarray:
+    def life(self, amplitude: np.ndarray | float) -> np.ndarray:
         """Return the cycles to failure, infinite up to the endurance limit.
 
         Parameters

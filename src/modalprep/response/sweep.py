@@ -138,7 +138,7 @@ def _march(
 def _input(spectra: Mapping[str, Spectrum], clock: Sweep, t: np.ndarray) -> np.ndarray:
     """Return ``Im(amplitude exp(i phase))`` of each input (nt, k)."""
     wave, f = np.exp(1j * clock.phase(t)), clock.frequency(t)
-    return np.stack([(x.at(f) * wave).imag for x in spectra.values()], axis=1)
+    return np.stack([np.imag(x.at(f) * wave) for x in spectra.values()], axis=1)
 
 
 def _held(part: Block, q: np.ndarray, qdd: np.ndarray, u: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -61,13 +61,15 @@ def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
     """
     files = [path for path in (punch, assembly) if path is not None]
     cards = {path: read_cards(path).cards for path in files}
+    tables: dict[str, list[TableRow]] = {}
     if punch is not None:
         found = [card for card in cards[punch] if card.name == "EXTRN"]
         points = _pairs(found)
         if not points:
             raise InputError(f"{punch} has no EXTRN card, which lists the rows of the matrices; export it again")
+        tables = _tables(cards[punch])
     else:
-        points = _connected(assembly, cards[assembly])
+        points = _connected(files[0], cards[files[0]])
     grids = _grids(files[0], cards[files[0]])
     missing = [number for number, components in points.items() if components and number not in grids.row]
     if missing:
@@ -77,7 +79,7 @@ def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
         points,
         {number: grids.points[row] for number, row in rows.items()},
         {number: grids.displacement(row).T for number, row in rows.items()},
-        _tables(cards.get(punch, [])),
+        tables,
     )
 
 

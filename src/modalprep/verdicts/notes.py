@@ -114,7 +114,7 @@ def told(make: Callable[P, R]) -> Callable[P, R]:
             found = make(*given, **options)
         records = [each for each in (*given, *options.values()) if not hasattr(each, "bodies")]  # systems say nothing
         before = {note for each in records for note in getattr(each, "notes", ())}
-        warn(note for note in found.notes if note not in before)
+        warn(note for note in getattr(found, "notes", ()) if note not in before)
         return found
 
     return telling

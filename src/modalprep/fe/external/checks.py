@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import csr_array, issparse, triu
 
@@ -71,7 +73,7 @@ def real_square(A, name: str) -> csr_array:
     return A
 
 
-def symmetric(A: csr_array, name: str, at: Places) -> csr_array:
+def symmetric(A: csr_array, name: str, at: Callable[[int], str]) -> csr_array:
     """Return the symmetric part of a matrix that is symmetric and may be positive semidefinite."""
     off = abs(A - A.T).tocoo()
     if off.nnz and off.data.max() > SYMMETRY * abs(A).max():
@@ -94,7 +96,7 @@ def symmetric(A: csr_array, name: str, at: Places) -> csr_array:
     return A
 
 
-def _refuse_indefinite(A, diagonal: np.ndarray, name: str, at: Places) -> None:
+def _refuse_indefinite(A, diagonal: np.ndarray, name: str, at: Callable[[int], str]) -> None:
     """``a_ij^2 <= a_ii a_jj`` holds for every entry of a positive semidefinite matrix."""
     allowed = np.sqrt(diagonal[A.row]) * np.sqrt(diagonal[A.col])
     excess = np.abs(A.data) - (1 + INDEFINITE) * allowed - np.finfo(float).eps * diagonal.max(initial=0.0)
@@ -122,7 +124,7 @@ def refuse_unequal_mass(G: np.ndarray, m: float, s0: np.ndarray, size: float) ->
         )
 
 
-def refuse_strain(K: csr_array, R: np.ndarray, at: Places) -> None:
+def refuse_strain(K: csr_array, R: np.ndarray, at: Callable[[int], str]) -> None:
     """Refuse a stiffness that resists the rigid motions ``R (n, 6)``."""
     terms = abs(K) @ np.abs(R)
     moved = np.abs(K @ R) / np.maximum(terms, max(NOISE * terms.max(), np.finfo(float).tiny))
@@ -136,7 +138,7 @@ def refuse_strain(K: csr_array, R: np.ndarray, at: Places) -> None:
         )
 
 
-def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Places) -> None:
+def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Callable[[int], str]) -> None:
     """Refuse a structure whose ``used`` nodes are not all joined by the rows of `groups`, stiffness or frames."""
     count, small, where = smallest_part(groups, used, points)
     if count > 1:

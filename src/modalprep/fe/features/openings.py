@@ -126,7 +126,7 @@ def _around(skin: Skin, pairs: np.ndarray, among: np.ndarray, start: np.ndarray)
     inside = np.zeros(len(skin.faces), dtype=bool)
     inside[among] = True
     pairs = pairs[inside[pairs].all(axis=1)]
-    patch = start
+    patch, found = start, None
     for _ in range(2):
         near = np.zeros(len(skin.faces), dtype=bool)
         near[patch] = True

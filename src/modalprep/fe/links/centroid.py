@@ -25,7 +25,7 @@ def set_centroid(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
     [0.0, 0.0, 0.5]
     """
     if spec.cylinder:
-        return _on_axis(mesh, spec, nodes)
+        return _on_axis(mesh, np.asarray(spec.cylinder[0], dtype=float), spec.axis(), nodes)
     faces = cell_faces(mesh.group(spec.group) if spec.group else {})
     if not len(faces):
         return mesh.points[nodes].mean(axis=0)
@@ -34,9 +34,8 @@ def set_centroid(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
     return area @ middle / area.sum()
 
 
-def _on_axis(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
+def _on_axis(mesh: Mesh, point: np.ndarray, axis: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """Only the part of a face that looks away from the axis counts: caps on the ends of a pin do not."""
-    point, axis = np.asarray(spec.cylinder[0], dtype=float), spec.axis()
     middle, normal = _triangles(mesh.points, outer_faces(mesh, nodes))
     area = np.linalg.norm(np.cross(normal, axis), axis=1)
     along = (mesh.points[nodes] - point) @ axis
@@ -65,7 +64,7 @@ def cell_faces(cells: dict[str, np.ndarray], dimension: int = 2) -> np.ndarray:
     """Return the corners (k, 4) of every face of the cells of a dimension, the last of a triangle twice."""
     found = [np.zeros((0, CORNERS), dtype=int)]
     for kind, conn in cells.items():
-        for face in cell_of(kind).faces if cell_of(kind) and cell_dimension(kind) == dimension else ():
+        for face in cell.faces if (cell := cell_of(kind)) and cell_dimension(kind) == dimension else ():
             found.append(np.pad(conn[:, list(face)], ((0, 0), (0, CORNERS - len(face))), mode="edge"))
     return np.concatenate(found)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -125,7 +125,7 @@ class InterfaceFrame:
     boundary: str
 
 
-def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, nodes: np.ndarray) -> np.ndarray:
+def interface_position(mesh: Mesh, name: str, spec: Any, nodes: np.ndarray) -> np.ndarray:
     """Return the position of the frame (m, mesh coordinates): given, the single node, or the centroid of the set.
 
     Raises

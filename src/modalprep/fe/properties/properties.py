@@ -307,7 +307,7 @@ class Solid(Property):
         """Refuse laminae and axes on one line."""
         if isinstance(self.material, Orthotropic):
             raise InputError("a solid cannot be made of a lamina, which lacks E3, nu13, nu23; give an Orthotropic3D")
-        if getattr(self.material, "nu", 0.0) > INCOMPRESSIBLE:
+        if isinstance(self.material, Material) and self.material.nu > INCOMPRESSIBLE:
             raise InputError(
                 f"a solid is nearly incompressible with nu = {self.material.nu!r}: its elements lock, and round-off "
                 f"hides their stiffness in shear; give at most nu = {INCOMPRESSIBLE}"

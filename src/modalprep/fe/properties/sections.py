@@ -9,14 +9,14 @@ from typing import Any
 
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Material
-from modalprep.fe.properties.properties import Beam
+from modalprep.fe.properties.properties import Beam, BeamTheory, Vector
 from modalprep.suggest import refuse_other, suggestion
 
 CATALAN = 0.915965594177219  # sum of (-1)^k / (2 k + 1)^2
 
 
 def beam_section(
-    shape: str, material: Material, *, up=(0.0, 0.0, 1.0), theory: str = "timoshenko", **sizes: Any
+    shape: str, material: Material, *, up: Vector = (0.0, 0.0, 1.0), theory: BeamTheory = "timoshenko", **sizes: Any
 ) -> Beam:
     """Return a beam of a standard section; `height` lies along e3 ('up'), `width` along e2.
 
@@ -65,7 +65,9 @@ def beam_section(
     for name, value in sizes.items():
         if not 0 < value < float("inf"):
             raise InputError(f"section {shape!r}: {name} = {value:g} m must be positive")
-    return Beam(material=material, up=tuple(up), theory=theory, **SHAPES[shape](material.nu, **sizes), **more)
+    return Beam(
+        material=material, up=(up[0], up[1], up[2]), theory=theory, **SHAPES[shape](material.nu, **sizes), **more
+    )
 
 
 def _rectangle(nu: float, width: float, height: float) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def simulate_free_system(
     options = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
     motion = simulate_free_body(body, output_times(t_end, output_step), **start, **options)
     energy = motion.energy
-    total = sum(energy.values())
+    total = sum(energy.values(), np.zeros(len(motion.time)))
     channels = {
         f"{name}.origin": motion.position,
         f"{name}.orientation": motion.quaternion,

@@ -29,11 +29,11 @@ def smooth_intervals(d: Deployment) -> list[tuple[float, TimeFunction]]:
     [2.0, inf]
     """
     found, pieces = [], []
-    for k, (until, what) in enumerate(d.deployed_length.given):
+    for k, (until, what) in enumerate(_law(d).given):
         pieces.append((until, what))
-        if until == FOREVER or k == len(d.deployed_length.pieces) - 1:
+        if until == FOREVER or k == len(_law(d).pieces) - 1:
             found.append((FOREVER, TimeFunction(pieces)))
-        elif _rate_jumps(d, until, *d.deployed_length.pieces[k : k + 2]):
+        elif _rate_jumps(d, until, *_law(d).pieces[k : k + 2]):
             found.append((until, TimeFunction([*pieces[:-1], (FOREVER, what)])))
             pieces = []
     return found
@@ -77,10 +77,10 @@ def samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:
     """
     t, begin = np.linspace(0.0, t_end, SAMPLES + 1), 0.0
     length = np.zeros_like(t)
-    for piece in d.deployed_length.pieces:
+    for piece in _law(d).pieces:
         here = t >= begin
         length[here], begin = piece.evaluate(t[here])[0], piece.until
-    length[t >= d.stop_time] = d.deployed_length(min(d.stop_time, t_end))[0]
+    length[t >= d.stop_time] = _law(d)(min(d.stop_time, t_end))[0]
     wrong = ~((length >= -EXACT * d.rod_length) & (length <= d.length + EXACT * d.rod_length))
     if np.any(wrong):
         first = np.flatnonzero(wrong)[0]
@@ -109,10 +109,10 @@ def next_exit(d: Deployment, k: int, bounds: tuple[float, float], t: float, samp
     i = after[0]
     what, bound = (OUT, bounds[1]) if length[i] > bounds[1] else (IN, bounds[0])
     a, b = max(t, times[i - 1]), times[i]
-    sides = [d.deployed_length(s)[0] - bound for s in (a, b)]
+    sides = [_law(d)(s)[0] - bound for s in (a, b)]
     if sides[0] * sides[1] >= 0:
         return Change(float(a), k, what)
-    end = scipy.optimize.brentq(lambda s: d.deployed_length(s)[0] - bound, a, b, xtol=1e-15 * times[-1])
+    end = scipy.optimize.brentq(lambda s: _law(d)(s)[0] - bound, a, b, xtol=1e-15 * times[-1])
     return Change(float(end), k, what)
 
 
@@ -130,3 +130,8 @@ def alignment_angle(t: float, angle: float, rate: float, within: float) -> TimeF
     s = f"((t - {t!r})/{within!r})"
     path = f"(1 - {s})**2*({angle!r} + {2 * angle + rate * within!r}*{s})"
     return TimeFunction([(t, f"{angle!r} + {rate!r}*(t - {t!r})"), (t + within, path), (FOREVER, 0.0)])
+
+
+def _law(d: Deployment) -> TimeFunction:
+    assert d.deployed_length is not None  # a free reel comes here never
+    return d.deployed_length

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.functions.safe_expression import expression
 from modalprep.multibody.model.functions.survey import survey_width
 
-TimeFunctionLike = "TimeFunction | float | str | Sequence[tuple[float, Any]]"  # what `TimeFunction.of` takes
+TimeFunctionLike: TypeAlias = "TimeFunction | float | str | Sequence[tuple[float, Any]]"  # what `TimeFunction.of` takes
 FOREVER = float("inf")
 SMOOTH = 1e-6  # relative size below which a jump of a prescribed motion is rounding of constants
 
@@ -235,8 +235,8 @@ class TimeFunction:
     @property
     def given(self) -> list[tuple]:
         """What the pieces were made from: ``(until, number, expression or spline)``."""
-        whole = isinstance(self.source, (str, int, float, np.number))
-        return [(FOREVER, self.source)] if whole else list(self.source)
+        source: Any = self.source
+        return [(FOREVER, source)] if isinstance(source, (str, int, float, np.number)) else list(source)
 
     @property
     def breaks(self) -> list[float]:
@@ -249,7 +249,7 @@ class TimeFunction:
             return
         at = np.array(self.breaks)[:, None]
         sides = [[checked(p, t)[:2, 0] for p in two] for t, two in zip(at, pairwise(self.pieces), strict=True)]
-        scale = np.abs([self(0.0)[:2], *(side for pair in sides for side in pair)]).max(axis=0)
+        scale = np.abs(np.array([self(0.0)[:2], *(side for pair in sides for side in pair)])).max(axis=0)
         mean = np.diff([left[0] for left, _ in sides]) / np.diff(self.breaks)  # rates at the breaks may be round-off
         scale[1] = np.abs(mean).max(initial=scale[1])
         for t, (left, right) in zip(self.breaks, sides, strict=True):
@@ -303,7 +303,8 @@ def motions(
     >>> type(motions(["t", 2.0])).__name__
     'tuple'
     """
-    return tuple(map(motion, value)) if isinstance(value, list | tuple) else motion(value)
+    each: Any = value
+    return tuple(map(motion, each)) if isinstance(value, list | tuple) else motion(each)
 
 
 def by_parts(value: TimeFunctionLike, what: str = "") -> TimeFunction:

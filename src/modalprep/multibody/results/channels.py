@@ -86,10 +86,9 @@ class Channels:
         self.index: Index = dict(TOTALS)
         self.width = SUMS
         self.columns = Columns(
-            *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
-                self._joints(), self._wrenches(), self._bodies(), self._closures(loops) if loops else [],
-                self._elements(), self._motions(), self._momenta(),
-            )),
+            _rows(self._joints()), _rows(self._wrenches()), _rows(self._bodies()),
+            _rows(self._closures(loops) if loops else []), _rows(self._elements()), _rows(self._motions()),
+            _rows(self._momenta()),
             part_of_links(system, packed),
             np.zeros((len(packed.links), 6)),
             blank(PART, count_parts(system, packed)),
@@ -197,7 +196,7 @@ class Channels:
     def _elements(self) -> list[tuple]:
         rows = []
         for number, kind in enumerate(OBSERVED):
-            names = [load.name for load in self.system.loads if isinstance(load, kind.record)]
+            names = [getattr(load, "name", "") for load in self.system.loads if isinstance(load, kind.record)]
             rows += [(number, i, 0, self._pair(name, *kind.channels)) for i, name in enumerate(names)]
         return rows
 
@@ -205,3 +204,7 @@ class Channels:
         first = self._number(f"{name}.{one}")
         self._number(f"{name}.{two}")
         return first
+
+
+def _rows(found: list[tuple]) -> np.ndarray:
+    return np.array(found, dtype=np.int64).reshape(-1, 4)

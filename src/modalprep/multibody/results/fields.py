@@ -25,6 +25,7 @@ def cell_fields(body: FlexibleBody, block: Recovery, values: np.ndarray) -> dict
     {name: {type: (n_cells,)}}
         By ``component``, after ``place.`` where a cell has several, such as ``top.xx`` or ``start.N``.
     """
+    assert block.cell is not None
     parts = np.array([_part(place) for place in block.places])
     found = {}
     for part in dict.fromkeys(parts.tolist()):
@@ -50,6 +51,7 @@ def node_field(body: FlexibleBody, block: Recovery, values: np.ndarray, componen
     if block.node is not None:
         field[block.node] = own
         return field
+    assert block.cell is not None
     order = np.argsort(np.abs(own), kind="stable")  # the last of a cell is its largest
     largest = np.full(sum(len(nodes) for nodes in body.cells.values()), np.nan)
     largest[block.cell[order]] = own[order]

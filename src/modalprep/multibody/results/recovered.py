@@ -95,7 +95,8 @@ def interface_loads(
     """
     names = system.bodies[body].interface_name
     total = np.zeros((len(time), len(names), 6))
-    for at, force, torque, point in (*_loads(system, body, time, channels), *((*load, None) for load in applied)):
+    given = [(at, force, torque, None) for at, force, torque in applied]
+    for at, force, torque, point in [*_loads(system, body, time, channels), *given]:
         owner, _, interface = at.rpartition(".")
         if owner == body and interface in names[1:]:
             arm = np.zeros_like(force) if point is None else point - channels[f"{at}.position"]

@@ -37,7 +37,7 @@ def time_notes(system: Any, t_end: float, shortest_event: float | None) -> tuple
 def functions_of_time(record: Any, name: str = "") -> Iterator[tuple[str, TimeFunction | Callback]]:
     """Yield the functions of time, and the callbacks, in a record, with the names of their owners."""
     if isinstance(record, TimeFunction | Callback):
-        yield name or record.name, record
+        yield name or getattr(record, "name", ""), record
         return
     own = getattr(record, "name", name)
     parts = record if isinstance(record, tuple | list) else [getattr(record, each) for each in _names(type(record))]

@@ -132,9 +132,9 @@ def recovery_convergence(
     >>> recovery_convergence(uniform_beam(modes=2), None) is None
     True
     """
-    n = 0 if spans is None else spans.modes.shape[1]
-    if not body.recovery or not n:
+    if spans is None or not body.recovery or not spans.modes.shape[1]:
         return None
+    n = spans.modes.shape[1]
     top = float(spans.frequency[-1] / 2 if up_to is None else up_to)
     loads = asked or [Asked("", body_loads(body), np.ones_like, 0.0, top, DAMPING)]
     count = counts(n)

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly, make_interp_spline
 
 from modalprep.errors import InputError
+from modalprep.vectors import vector
 
 SAMPLED = 1e-11  # error of a sampled callable, relative to its largest value
 FIRST_SAMPLES, MOST_SAMPLES = 64, 65536  # intervals of a sampled callable
@@ -38,7 +39,9 @@ class Sampled(PPoly):
     width: float
 
 
-def through(t: Sequence[float], values: Sequence[float], smooth: bool, spline: bool) -> list[tuple[float, PPoly]]:
+def through(
+    t: Sequence[float] | np.ndarray, values: Sequence[float] | np.ndarray, smooth: bool, spline: bool
+) -> list[tuple[float, PPoly]]:
     """Return ``(end, curve)`` of the curves through points, from one repeated time to the next.
 
     Raises
@@ -46,7 +49,7 @@ def through(t: Sequence[float], values: Sequence[float], smooth: bool, spline: b
     InputError
         When the points are too few, out of order or not finite.
     """
-    t, values = np.asarray(t, dtype=float), np.asarray(values, dtype=float)
+    t, values = vector(t), vector(values)
     if smooth and spline:
         raise InputError("table of time: 'smooth' is a monotone curve and 'spline' is another; give one of them")
     if t.ndim != 1 or t.shape != values.shape:
