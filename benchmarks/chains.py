@@ -10,7 +10,7 @@ import numpy as np
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.packing.tree import pack
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, rotated, shifted
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (

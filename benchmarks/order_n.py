@@ -34,7 +34,7 @@ from peers_flexible import flexible
 from peers_rigid import mujoco, pinocchio, pinocchio_compiled, pinocchio_library
 from real_time import RTOL, ten_links, timed
 
-from modalprep.by_address import Addressed
+from modalprep.compiler.by_address import Addressed
 
 MODES = (0, 3, 6, 12, 24)
 ROUNDS = 101  # of a least time

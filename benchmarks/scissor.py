@@ -24,7 +24,7 @@ import spatial
 from chains import chain, medians
 
 import modalprep as mp
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure

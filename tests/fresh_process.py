@@ -8,7 +8,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 CONTEXT = multiprocessing.get_context("forkserver")
-CONTEXT.set_forkserver_preload(["numba", "modalprep.jit"])
+CONTEXT.set_forkserver_preload(["numba", "modalprep.compiler.jit"])
 
 
 def printed(code, folder, *arguments, **environment):

@@ -8,11 +8,12 @@ import sys
 import pytest
 
 BASE = {
-    "errors", "extras", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook",
+    "errors", "extras", "records", "suggest", "atomic", "vectors", "compiler", "lazy", "notebook",
     "drawing", "labelled", "program", "workers", "applies", "verdicts",
 }  # fmt: skip
 MAY_IMPORT = {
     "verdicts": BASE,
+    "compiler": BASE,
     "workers": BASE,
     "linalg": BASE,
     "fe": BASE | {"linalg"},
@@ -56,7 +57,7 @@ ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},
     "meshio": {"fe", "report"},
     "gmsh": {"fe"},
-    "numba": {"jit", "by_address", "linking", "multibody.kernels"},
+    "numba": {"compiler", "multibody.kernels"},
     "pyvista": {"report"},
     "matplotlib": {"report"},
     "pydantic": {"pipeline"},
@@ -89,8 +90,8 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
 }  # fmt: skip
 KERNELS_TAKE = {
-    "modalprep.jit",
-    "modalprep.by_address",
+    "modalprep.compiler.jit",
+    "modalprep.compiler.by_address",
     "modalprep.body",
     "modalprep.body.mass",
 }  # of mass.py, formulas of numbers

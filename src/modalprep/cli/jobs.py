@@ -148,8 +148,8 @@ def _compile_solver(bodies: str) -> None:
     """Compile the solver for the systems of :func:`small_systems` whose bodies are "rigid" or "flexible"."""
     from functools import partial
 
+    from modalprep.compiler.jit import when_compiling
     from modalprep.examples import small_systems
-    from modalprep.jit import when_compiling
     from modalprep.multibody.evaluation.equations_of_motion import EquationsOfMotion
     from modalprep.multibody.simulate import simulate as integrate
     from modalprep.pipeline.console import Reporter

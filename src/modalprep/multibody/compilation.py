@@ -12,7 +12,7 @@ from subprocess import DEVNULL, Popen
 
 import numpy as np
 
-from modalprep.jit import compile_for, is_cached, when_compiling
+from modalprep.compiler.jit import compile_for, is_cached, when_compiling
 from modalprep.multibody.evaluation import evaluate
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading

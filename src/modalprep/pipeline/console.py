@@ -16,7 +16,7 @@ from rich.console import Console
 from modalprep.report.terminal import print_text
 from modalprep.verdicts.notes import kind_of
 
-COMPILING = "compiling the solver, once: up to a minute"
+COMPILING = "compiling the solver, "
 LOG_WIDTH = 10_000  # columns of a log, more than any table needs: lines of a file are not folded
 
 
@@ -89,9 +89,10 @@ def says_compiling(job: Callable) -> Callable:
 
     @wraps(job)
     def saying(path: Path, output: Path | None, reporter: Reporter, *given, **options):
-        from modalprep.jit import when_compiling
+        from modalprep.compiler.jit import when_compiling
+        from modalprep.compiler.switch import HOW_LONG
 
-        with when_compiling(lambda: reporter.say(COMPILING), "modalprep.multibody"):
+        with when_compiling(lambda: reporter.say(f"{COMPILING}{HOW_LONG}"), "modalprep.multibody"):
             return job(path, output, reporter, *given, **options)
 
     return saying

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import modalprep as mp
-from modalprep.by_address import Addressed, by_address
+from modalprep.compiler.by_address import Addressed, by_address
 from modalprep.examples import uniform_beam
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loading import Loading

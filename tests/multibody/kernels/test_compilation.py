@@ -5,6 +5,7 @@ import gc
 import importlib
 import itertools
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -17,10 +18,10 @@ import pytest
 from fresh_process import printed
 from numba.core.caching import IndexDataCacheFile
 from packaging.requirements import Requirement
-from size import some
+from size import FULL, some
 
-from modalprep import jit
 from modalprep.cli import main
+from modalprep.compiler import cache, jit, switch
 from modalprep.examples import small_systems
 
 TESTS = Path(__file__).parents[2]
@@ -56,7 +57,7 @@ def test_no_writable_cache_is_no_error(monkeypatch):
 )
 def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, further_down):
     """The compiled caller is used again while its helper is the same, and compiled anew when that changes."""
-    head = "from modalprep.jit import compile_inline, compile_kernel\n"
+    head = "from modalprep.compiler.jit import compile_inline, compile_kernel\n"
     helper = head + "SCALE = 4\n@compile_inline\ndef scaled(x):\n    return 2 * x\n"
     caller = [
         "@compile_kernel\ndef total(x):\n    return add(x)\n",
@@ -77,16 +78,87 @@ def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, fu
 
 
 def test_numba_is_one_that_was_tried(project):
-    """The bound holds the versions whose private parts `CompiledFiles` knows; the tests around this one try them."""
+    """Its private parts are used; of another version they are not, and no bound keeps it out."""
     needed = tomllib.loads((project / "pyproject.toml").read_text())["project"]["dependencies"]
     (bound,) = [Requirement(text) for text in needed if text.startswith("numba")]
-    assert "<" in [part.operator for part in bound.specifier]
-    assert bound.specifier.contains(numba.__version__)
+    assert [part.operator for part in bound.specifier] == [">="]
+    assert switch.is_fast(numba.__version__, "")
+
+
+PRIVATE = (
+    r"(?:numba|llvmlite)[\w.]*\._(?!_)\w+|import _(?!_)\w+"
+    r"|\._(?:compile_core|shared_module|final_module|engine|cache|reduce)\b"
+)
+
+
+def test_private_parts_are_used_behind_the_switch_only(project):
+    """The files that use them are imported by `FAST` alone."""
+    folder = project / "src" / "modalprep" / "compiler"
+    for name in ("stamps", "switch", "by_address"):
+        assert not re.search(PRIVATE, (folder / f"{name}.py").read_text()), name
+    text = (folder / "jit.py").read_text()
+    assert re.findall(
+        r"\nif FAST:\n    from modalprep.compiler import linking\n    from [\w.]+ import KernelCache\n", text
+    )
+
+
+SMALL = """
+from typing import NamedTuple
+import numpy as np
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import bound, compile_inline, compile_kernel
+from modalprep.compiler.switch import FAST
+from modalprep.multibody.kernels.algebra.lanes import add_lanes, four
+
+@by_address
+class Line(NamedTuple):
+    slope: float
+    points: np.ndarray
+
+@compile_inline
+def square(x):
+    return x * x
+
+@compile_kernel
+def total(line, k):
+    return line.slope * line.points[k] + square(add_lanes(four(1.0) * line.points[0]))
+
+print(FAST, bound(total, Line(2.0, np.array([1.5, 3.0])), rest=(int,))(1))
+"""
+TREE = """
+import numpy as np, modalprep as mp
+from modalprep.compiler.switch import FAST
+from modalprep.examples import small_systems
+found = mp.simulate(small_systems()["flexible bodies in trees"], t_end=0.02)
+print(FAST, *(float(np.sum(found[name] ** 2)) for name in found.channels))
+"""
+
+
+def by_both(code):
+    """Return what code prints where the private parts of numba are used, and where they are not."""
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    environments = [os.environ | {"MODALPREP_COMPILER": wanted} for wanted in ("fast", "plain")]
+    found = [subprocess.run(command, env=e, capture_output=True, text=True, check=True) for e in environments]
+    fast, plain = (process.stdout.split() for process in found)
+    assert (fast[0], plain[0]) == ("True", "False")
+    return np.array(fast[1:], float), np.array(plain[1:], float)
+
+
+def test_kernels_need_no_private_part_of_numba():
+    """Records, lanes, functions compiled into others: 2 3 + (4 1.5)^2."""
+    assert [found.tolist() for found in by_both(SMALL)] == [[42.0], [42.0]]
+
+
+@pytest.mark.skipif(not FULL, reason="takes five minutes")
+def test_plain_kernels_give_the_same_numbers():
+    """The run of a tree of flexible bodies by the public interface of numba alone, to round-off."""
+    fast, plain = by_both(TREE)
+    np.testing.assert_allclose(plain, fast, rtol=1e-9)
 
 
 def compiled_files(folder, stamp="now"):
     """The files of one function, as another process sees them."""
-    return jit.CompiledFiles(IndexDataCacheFile(str(folder), "f-1.py311", None), stamp)
+    return cache.CompiledFiles(IndexDataCacheFile(str(folder), "f-1.py311", None), stamp)
 
 
 def test_processes_that_compile_at_the_same_time_do_not_mix_their_code(tmp_path):
@@ -117,13 +189,13 @@ def test_code_of_the_installed_wheel_is_used_where_the_processor_runs_it(tmp_pat
     signature, triple, function = (numba.types.float64(numba.types.float64),), "x86_64-any", ("code", "cells")
     wheel = tmp_path / "compiled"
     wheel.mkdir()
-    compiled_files(wheel).save((signature, (triple, jit.BASELINE, ""), function), "of the wheel")
+    compiled_files(wheel).save((signature, (triple, cache.BASELINE, ""), function), "of the wheel")
     (tmp_path / "own").mkdir()
-    features = dict.fromkeys(jit.BASELINE_FEATURES, True) | {lacking: False}
-    monkeypatch.setattr(jit, "COMPILED", wheel)
-    monkeypatch.setattr(jit, "_runs_baseline", jit._runs_baseline.__wrapped__)
-    monkeypatch.setattr(jit.platform, "machine", lambda: "x86_64")
-    monkeypatch.setattr(jit.llvm, "get_host_cpu_features", lambda: features)
+    features = dict.fromkeys(cache.BASELINE_FEATURES, True) | {lacking: False}
+    monkeypatch.setattr(cache, "COMPILED", wheel)
+    monkeypatch.setattr(cache, "_runs_baseline", cache._runs_baseline.__wrapped__)
+    monkeypatch.setattr(cache.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(cache.llvm, "get_host_cpu_features", lambda: features)
     key = signature, (triple, "this-cpu", "+avx512"), function
     assert compiled_files(tmp_path / "own").load(key) == (None if lacking else "of the wheel")
     compiled_files(tmp_path / "own").save(key, "own")
@@ -156,13 +228,13 @@ def test_second_process_finds_the_compiled_kernel():
 
 def test_compilation_is_announced_once_and_only_when_the_cache_is_cold(tmp_path):
     """Two kernels of the package and one of another; the second process loads all of them."""
-    head = "from modalprep.jit import compile_kernel\n"
+    head = "from modalprep.compiler.jit import compile_kernel\n"
     (tmp_path / "solver.py").write_text(head + "".join(
         f"@compile_kernel\ndef {name}(x):\n    return x + 1\n" for name in ("first", "second")
     ))  # fmt: skip
     (tmp_path / "other.py").write_text(head + "@compile_kernel\ndef third(x):\n    return x + 1\n")
     run = (
-        "import other, solver\nfrom modalprep.jit import when_compiling\n"
+        "import other, solver\nfrom modalprep.compiler.jit import when_compiling\n"
         "with when_compiling(lambda: print('compiling'), 'solver'):\n"
         "    print(other.third(1.0))\n    print(solver.first(1.0), solver.second(1.0))\n"
     )
@@ -173,7 +245,7 @@ def test_compilation_is_announced_once_and_only_when_the_cache_is_cold(tmp_path)
 def test_read_only_installation_compiles_in_memory(tmp_path):
     """No folder beside the file nor of the user takes a cache: a plain file stands where each would be made."""
     (tmp_path / "solver.py").write_text(
-        "from modalprep.jit import compile_kernel\n@compile_kernel\ndef first(x):\n    return x + 1\n"
+        "from modalprep.compiler.jit import compile_kernel\n@compile_kernel\ndef first(x):\n    return x + 1\n"
     )
     blocked = tmp_path / "__pycache__"
     blocked.write_text("")
@@ -191,7 +263,7 @@ def test_read_only_installation_compiles_in_memory(tmp_path):
 def test_large_kernels_are_not_compiled_into_their_callers(tmp_path, monkeypatch):
     """A kernel keeps a function of its own also where a function that is inlined is the first to call it."""
     (tmp_path / "nested.py").write_text(
-        "from modalprep.jit import compile_inline, compile_kernel\n"
+        "from modalprep.compiler.jit import compile_inline, compile_kernel\n"
         "@compile_kernel\ndef total(x):\n    return x[0] + x[1]\n"
         "@compile_inline\ndef twice(x):\n    return 2.0 * total(x)\n"
         "@compile_kernel\ndef caller(x):\n    return twice(x)\n"
@@ -215,7 +287,7 @@ def test_warmup_runs_every_compiled_kind(capsys):
 def test_constants_of_callers_do_not_compile_a_kernel_again(tmp_path, monkeypatch):
     """Numba compiles for each constant, as `compile_kernel` does, whose code need not look at them."""
     (tmp_path / "constants.py").write_text(
-        "from modalprep.jit import compile_kernel, compile_once\n"
+        "from modalprep.compiler.jit import compile_kernel, compile_once\n"
         "def power(x, square):\n    return x * x if square else x\n"
         "once, each = compile_once(power), compile_kernel(power)\n"
         "@compile_kernel\ndef of_once(x):\n    return once(x, True) + 10.0 * once(x, square=False)\n"
@@ -235,7 +307,7 @@ def test_first_simulation_needs_one_evaluation_of_the_equations():
     code = (
         "import modalprep as mp\n"
         "from modalprep.examples import small_systems\n"
-        "from modalprep.linking import KERNELS\n"
+        "from modalprep.compiler.linking import KERNELS\n"
         "mp.simulate(small_systems()['rigid bodies in trees'], t_end=0.01)\n"
         "print(*(f'{key[1]}:{len(k.overloads)}' for key, k in KERNELS.items() if k.overloads))\n"
     )
@@ -273,7 +345,7 @@ def test_expressions_of_whole_arrays_and_nested_functions_are_compiled():
 
 def test_no_machine_code_is_made_of_functions_that_are_copied(tmp_path, monkeypatch):
     (tmp_path / "copied.py").write_text(
-        "from modalprep.jit import compile_inline, compile_kernel\n"
+        "from modalprep.compiler.jit import compile_inline, compile_kernel\n"
         "@compile_inline\ndef twice(x):\n    return 2.0 * x\n"
         "@compile_kernel\ndef caller(x):\n    return twice(x)\n"
     )

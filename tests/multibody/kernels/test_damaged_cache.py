@@ -11,7 +11,7 @@ from fresh_process import printed
 from size import FULL
 
 CODE = """
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 
 @compile_kernel
 def part(x):
@@ -86,14 +86,14 @@ def test_damaged_code_is_compiled_anew(cache, kind):
 
 def test_no_damage_is_taken_for_code(cache):
     """One changed byte, at random places of each file: nothing is unpickled, so that nothing can be run."""
-    from modalprep import jit
+    from modalprep.compiler.cache import DIGEST, CompiledFiles
 
     rng = np.random.default_rng(5)
     for path in Path(cache / "cache").rglob("*.nbc"):
         content = path.read_bytes()
-        files = jit.CompiledFiles.__new__(jit.CompiledFiles)
+        files = CompiledFiles.__new__(CompiledFiles)
         files._version, files._source_stamp = "", ""
-        sealed = files._digest(content[jit.DIGEST :]) + content[jit.DIGEST :]
+        sealed = files._digest(content[DIGEST:]) + content[DIGEST:]
         for at in rng.integers(0, len(content), 200):
             path.with_suffix(".bad").write_bytes(sealed[:at] + bytes([sealed[at] ^ 0x10]) + sealed[at + 1 :])
             assert files._read(path.with_suffix(".bad"), None) is None

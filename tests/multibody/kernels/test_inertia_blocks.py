@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.inertia_blocks import (
     blocks,
     blocks_times,

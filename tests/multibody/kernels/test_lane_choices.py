@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import (
     above,
     first_at_least,

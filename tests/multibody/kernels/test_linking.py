@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from fresh_process import printed
 
-from modalprep.by_address import Pattern, by_address
-from modalprep.jit import bound, compile_kernel
+from modalprep.compiler.by_address import Pattern, by_address
+from modalprep.compiler.jit import bound, compile_kernel
 
 ROW = np.dtype([("number", np.int64), ("place", np.float64, 3)])
 
@@ -125,11 +125,12 @@ def test_functions_of_one_name_keep_their_own_code():
     assert [f(1.0) for f in both] == [3.0, 4.0]
 
 
-LARGE = "from modalprep.jit import compile_kernel\n@compile_kernel\ndef large(row, out):\n    x = row[0].x\n" + "".join(
-    f"    for i in range(len(out)):\n        out[i] += x ** {k}\n" for k in range(2, 12)
+LARGE = (
+    "from modalprep.compiler.jit import compile_kernel\n@compile_kernel\ndef large(row, out):\n    x = row[0].x\n"
+    + "".join(f"    for i in range(len(out)):\n        out[i] += x ** {k}\n" for k in range(2, 12))
 )
 CALLER = """
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from large import large
 
 @compile_kernel
@@ -199,7 +200,7 @@ def test_another_version_of_a_kernel_that_is_called(run, tmp_path):
 
 
 PRODUCT = """
-from modalprep.jit import compile_allocating
+from modalprep.compiler.jit import compile_allocating
 
 @compile_allocating
 def product(a, b):

@@ -7,7 +7,7 @@ from multibody.closed_trees import Evaluation, closed_tree
 from size import seeds
 
 import modalprep as mp
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.articulated_body import outward_in_world

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.rotations import MOST, cosine_sine
 
 EXTENDED = np.finfo(np.longdouble).eps < 1e-18

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_allocating
+from modalprep.compiler.jit import compile_allocating
 
 
 @compile_allocating

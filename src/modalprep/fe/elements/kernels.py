@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from modalprep.jit import compile_allocating
+from modalprep.compiler.jit import compile_allocating
 from modalprep.linalg.blas import one_numpy_thread
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

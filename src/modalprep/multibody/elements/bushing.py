@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
 from modalprep.multibody.kernels.algebra.matrices import (

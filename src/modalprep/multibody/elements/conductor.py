@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, value_at, wrench_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, Packer
 from modalprep.multibody.kernels.algebra.tuples import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements import bushing, rotational_spring
 from modalprep.multibody.kernels.algebra.tuples import copy, dot3, get3, get_angular, put3, put_angular, sub3
 from modalprep.multibody.model.loads import Bushing

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, value_at
 from modalprep.multibody.elements.packer import Packer
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import (

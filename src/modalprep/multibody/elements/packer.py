@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.kernels.algebra.matrices import UNIT9
 from modalprep.multibody.kernels.algebra.tuples import ZERO3

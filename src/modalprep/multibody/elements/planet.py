@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.mass import affine_part, deflected
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, plus
 from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import times

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import times

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import bound, compile_kernel
 from modalprep.errors import InputError
-from modalprep.jit import bound, compile_kernel
 from modalprep.multibody.evaluation.evaluate import Equations, build_equations, load, respond
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import Pattern, by_address, layout
-from modalprep.jit import compile_inline, compile_kernel, compile_once
+from modalprep.compiler.by_address import Pattern, by_address, layout
+from modalprep.compiler.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
 from modalprep.multibody.evaluation.loading import Loading

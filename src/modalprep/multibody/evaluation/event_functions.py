@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from modalprep.compiler.jit import bound
 from modalprep.errors import InputError
-from modalprep.jit import bound
 from modalprep.multibody.evaluation.evaluate import Equations, evaluate
 from modalprep.multibody.evaluation.expressions import CHANNEL, compile_expressions, read_channels
 from modalprep.multibody.evaluation.loading import Loading, frames

@@ -6,7 +6,7 @@ DOP853 of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I 
 
 from __future__ import annotations
 
-from modalprep.jit import compile_kernel, compile_once
+from modalprep.compiler.jit import compile_kernel, compile_once
 from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate, evaluate_measured
 from modalprep.multibody.integration.dop853_table import A_DENSE, C_DENSE, DENSE, FIFTH, STAGES, THIRD, A, B, C
 from modalprep.multibody.integration.stepping import OPEN, larger, set_weights

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.half_turns import follow_turns, write_turns
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate, evaluate_measured
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step

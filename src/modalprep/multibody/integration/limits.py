@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 
 SHARE = (2.0, 0.5, 0.5)  # of a cell of `packing.step_bounds`, that a step of a method may take
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import bound, compile_kernel
+from modalprep.compiler.jit import bound, compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin

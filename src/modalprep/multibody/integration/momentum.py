@@ -8,7 +8,7 @@ the way from where the mass centre belongs. What was given back is added up: it 
 
 from __future__ import annotations
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.kernels.algebra.tuples import axpy3, get3, put3, sub3
 from modalprep.multibody.kernels.articulated_body import kinematic, outward_in_world

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from modalprep.jit import bound
+from modalprep.compiler.jit import bound
 from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import GOOD, build_equations
 from modalprep.multibody.evaluation.event_functions import Observer, event_functions, state_reader

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import Pattern, by_address
-from modalprep.jit import compile_inline, compile_kernel, compile_once
+from modalprep.compiler.by_address import Pattern, by_address
+from modalprep.compiler.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.free_parts import PART
 from modalprep.multibody.kernels.joints import normalise

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from modalprep.by_address import Pattern
+from modalprep.compiler.by_address import Pattern
 from modalprep.multibody.evaluation.evaluate import SHARED, Equations
 from modalprep.multibody.integration.driver import Watch
 from modalprep.multibody.packing.tree import blank

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, rotated, shifted
 from modalprep.multibody.kernels.algebra.lanes import get_lanes6, put_lanes6
 from modalprep.multibody.kernels.algebra.matrices import (

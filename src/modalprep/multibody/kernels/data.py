@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
+from modalprep.compiler.by_address import by_address
 
 # Types of links' joints. SLIDING moves along its axis, PRESCRIBED along or about it, by the link's `along` and `about`.
 WELD, REVOLUTE, SLIDING, SPHERICAL, FREE, PRESCRIBED = range(6)

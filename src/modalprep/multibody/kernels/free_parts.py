@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     inverse_symmetric,
     product,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import get_rows9, put_rows9
 from modalprep.multibody.kernels.algebra.matrices import (
     product,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.inertia_blocks import (
     blocks_times,
     column_parts,

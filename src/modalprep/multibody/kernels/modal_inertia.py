@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from modalprep.body import line
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import WIDTH, four, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import (
     product_transposed,

@@ -6,7 +6,7 @@ compiled.
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.algebra.matrices import (
     UNIT9,

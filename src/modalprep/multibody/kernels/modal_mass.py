@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.tuples import axpy3
 from modalprep.multibody.kernels.data import GROWS
 

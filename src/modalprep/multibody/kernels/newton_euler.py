@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     times,

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_kernel
 
 
 @by_address

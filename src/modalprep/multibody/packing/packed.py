@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from modalprep.by_address import Pattern
+from modalprep.compiler.by_address import Pattern
 from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model, new_data
 from modalprep.multibody.model.joint import Joint
 

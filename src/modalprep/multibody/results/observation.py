@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_allocating, compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate

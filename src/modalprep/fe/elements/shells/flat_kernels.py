@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.compiler.jit import compile_allocating, compile_inline
 from modalprep.fe.elements.shells.flat_strains import Moduli, Sides, Strains, compatible, measure_sides, set_map
-from modalprep.jit import compile_allocating, compile_inline
 
 
 class Geometry(NamedTuple):

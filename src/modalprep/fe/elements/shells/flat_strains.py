@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.compiler.jit import compile_allocating, compile_inline
 from modalprep.fe.elements.kernels import invert
-from modalprep.jit import compile_allocating, compile_inline
 
 OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
 OPT_BETA = ((2 / 3, 4 / 3, 2 / 3), (0.0, 2 / 3, -2 / 3), (-2 / 3, -2 / 3, -4 / 3))  # of its higher-order strains

@@ -6,7 +6,7 @@ of j and i is its transpose. An inertia is a tuple of six blocks (xx, xy, xz, yy
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import instructions, lanes, numbers
 from modalprep.multibody.kernels.algebra.matrices import product, symmetric_product, times
 from modalprep.multibody.kernels.algebra.tuples import add3, cross, put6, put9, sub3

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from numba.core import config
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 
 if config.DISABLE_JIT:
     from modalprep.multibody.kernels.algebra import plain_lanes as instructions

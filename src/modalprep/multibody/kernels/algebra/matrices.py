@@ -6,7 +6,7 @@ inertia is (M 6, H 9, J 6) = [[M, H], [H^T, J]] of linear and angular motion.
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.tuples import add3
 
 UNIT9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.tuples import (
     axpy3,
     cross,

@@ -6,7 +6,7 @@ other: the number of component c and mode a at ``c N + a``. `b` is the first of 
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import (
     WIDTH,
     four,

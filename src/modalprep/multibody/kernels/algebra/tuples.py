@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 
 ZERO3 = (0.0, 0.0, 0.0)
 ZERO6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import axpy3, dot3, get3, get_angular
 from modalprep.multibody.kernels.articulated_body import forward, spread
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, line

@@ -5,7 +5,7 @@ Arguments as in constraints.py.
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import product, times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,

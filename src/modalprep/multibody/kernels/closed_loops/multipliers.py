@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.tuples import at
 from modalprep.multibody.kernels.articulated_body import forward

@@ -10,7 +10,7 @@ Arguments as in articulated_body.py and constraints.py.
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.compiler.jit import compile_inline
 from modalprep.multibody.kernels.algebra.lanes import WIDTH, add_lanes, four, get_lanes
 from modalprep.multibody.kernels.algebra.tuples import at, dot3, get3, put6
 from modalprep.multibody.kernels.articulated_body import inward

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_once
+from modalprep.compiler.jit import compile_kernel, compile_once
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward, outward_in_world, outward_motion
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual

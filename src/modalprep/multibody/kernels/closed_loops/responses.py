@@ -10,7 +10,7 @@ Arguments as in constraints.py.
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import (
     WIDTH,
     four,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.closed_loops.constraints import DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.usual import elsewhere
 from modalprep.multibody.kernels.joints import is_turn, move

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import outward_in_world
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual

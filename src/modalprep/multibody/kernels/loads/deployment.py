@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
     dot3,

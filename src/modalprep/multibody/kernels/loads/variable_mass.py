@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.mass import FLAT
-from modalprep.by_address import by_address
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import (
     put3,
     put6,

@@ -29,6 +29,8 @@ from numba.extending import (
     unbox,
 )
 
+from modalprep.compiler.switch import FAST
+
 WORD = 8
 # of all arrays alike: the attributes of a recarray take ten times as long
 SHAPE, STRIDES = np.ndarray.shape.__get__, np.ndarray.strides.__get__
@@ -52,6 +54,8 @@ class AddressType(types.Type):
 
 def _data(array: np.ndarray) -> int:
     """Return where the numbers of an array lie, which follows the object's head; `ctypes` takes ten times as long."""
+    if not FAST:
+        return array.ctypes.data
     return c_void_p.from_address(id(array) + object.__basicsize__).value or 0
 
 
@@ -237,7 +241,7 @@ def by_address(cls: type[Named]) -> type[Named]:
     Examples
     --------
     >>> from typing import NamedTuple
-    >>> from modalprep.jit import compile_kernel
+    >>> from modalprep.compiler.jit import compile_kernel
     >>> @by_address
     ... class Line(NamedTuple):
     ...     slope: float

@@ -23,8 +23,9 @@ from numba.core.compiler import Compiler, CompileResult
 from numba.core.typed_passes import AnnotateTypes, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
+from modalprep.compiler.stamps import STAMP
+
 Key = tuple[str, str, str]
-STAMP = "modalprep_stamp"  # attribute of functions: fingerprint of all that their code depends on
 SMALL = 100  # instructions that are still copied, for the sake of speed
 KERNELS: dict[Key, Any] = {}  # numba's dispatchers by `_key`
 COLLECTION = (50_000, 100, 100)  # thresholds of gc while a kernel is compiled

@@ -1,0 +1,33 @@
+"""Whether kernels are compiled with private parts of numba, or by its public interface alone.
+
+With a version of numba that was tried, the code of large kernels is shared (`linking`) and kept between processes
+(`cache`). Another version may have other private parts: kernels are then compiled by plain ``njit``, anew in every
+process. Results are the same. ``MODALPREP_COMPILER=plain`` or ``fast`` chooses.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numba
+
+TRIED = ("0.68",)  # versions of numba: add one when tests/multibody/kernels pass with it
+
+
+def is_fast(version: str, wanted: str) -> bool:
+    """Return whether to use the private parts of a version of numba.
+
+    Examples
+    --------
+    >>> is_fast("0.68.1", ""), is_fast("0.70.0", ""), is_fast("0.70.0", "fast"), is_fast("0.68.1", "plain")
+    (True, False, True, False)
+    """
+    return wanted == "fast" or (wanted != "plain" and ".".join(version.split(".")[:2]) in TRIED)
+
+
+FAST = is_fast(numba.__version__, os.environ.get("MODALPREP_COMPILER", ""))
+HOW_LONG = (
+    "once: up to a minute"
+    if FAST
+    else f"for minutes in every process, since this modalprep does not know the insides of numba {numba.__version__}"
+)
