@@ -1,5 +1,6 @@
 """The documentation: what docstrings cite is there, what pages show is so."""
 
+import importlib
 import re
 import shutil
 
@@ -69,6 +70,16 @@ def test_every_public_name_is_on_one_page(project):
     for page in (project / "docs" / "api").glob("*.md"):
         listed += [package for line in re.findall(r"<!-- api (.+) -->", page.read_text()) for package in line.split()]
     assert sorted(listed) == sorted({home.split(".")[1] for home in public_homes().values()})
+
+
+def test_names_of_pages_are_defined_where_they_say(project):
+    """As ``<!-- names pipeline.run.run_pipeline -->``: in that file, not imported there."""
+    lists = [found for page in (project / "docs" / "api").glob("*.md")
+             for found in re.findall(r"^<!-- names (.+) -->$", page.read_text(), re.MULTILINE)]  # fmt: skip
+    assert lists
+    for dotted in " ".join(lists).split():
+        module, _, name = f"modalprep.{dotted}".rpartition(".")
+        assert getattr(importlib.import_module(module), name).__module__ == module, dotted
 
 
 def test_every_page_is_in_the_navigation(project):
