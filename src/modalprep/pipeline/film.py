@@ -51,16 +51,12 @@ def film_pipeline(
     run, target = run or folder / f"{path.stem}-run.h5", target or folder / f"{path.stem}.webp"
     if target.suffix.lower() not in PICTURES:
         check_target(target)
-        _refuse_strip(target, strip)
+        if strip:
+            raise InputError(f"--strip draws a picture, and {target} is none; name one of {', '.join(PICTURES)} by -o")
     refuse_overwriting([target], [run, *needed_files(source), *made_bodies(source, output)])
     result = read_result(run)
     system = read_system(source, output, reporter)
     return draw_film(source.pipeline.film, system, result, target, positions, strip=strip)
-
-
-def _refuse_strip(target: Path, strip: bool) -> None:
-    if strip:
-        raise InputError(f"--strip draws a picture, and {target} is none; name one of {', '.join(PICTURES)} by -o")
 
 
 def draw_film(

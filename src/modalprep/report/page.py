@@ -90,14 +90,9 @@ class BodyPage:
     @cached_property
     def judgement(self) -> Verdict:
         """The verdict of the box at the top."""
-        return self.verdict or body_verdict(
-            checks=self.checks,
-            notes=self.notes,
-            envelopes=self.envelopes,
-            errors=self.errors,
-            error_limits=self.error_limits,
-            requirements=[*self.requirements, *_of_sections(self.sections)],
-        )
+        met = [*self.requirements, *_of_sections(self.sections)]
+        errors = {"errors": self.errors, "error_limits": self.error_limits, "envelopes": self.envelopes}
+        return self.verdict or body_verdict(checks=self.checks, notes=self.notes, requirements=met, **errors)
 
 
 def write_page(shown: BodyPage | FlexibleBody, path: str | Path) -> Path:

@@ -127,7 +127,9 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> Planned:
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problem}")
     for job in jobs:
         refuse_shared(job.folder, file)
-    return [(job, known.setdefault(needs, needs)) for job in jobs for needs in [_write(file, job, tables(job))]]
+    head = f"# A combination of the grid of {file.name}."
+    found = (_needs(file, write_copy(file, job, tables(job), head)) for job in jobs)
+    return [(job, known.setdefault(needs, needs)) for job, needs in zip(jobs, found, strict=True)]
 
 
 def _cells(file: Path, grid: dict[str, list], output: Path) -> Iterator[Job]:
@@ -137,15 +139,6 @@ def _cells(file: Path, grid: dict[str, list], output: Path) -> Iterator[Job]:
         name = "-".join([file.stem, *(f"{key}={text}" for key, text in zip(short, texts, strict=True))])
         shown = dict(zip(grid, texts, strict=True))
         yield Job(output / name / f"{name}.toml", output, shown, Cell(file, short, values))
-
-
-def _write(file: Path, job: Job, data: dict[str, Any]) -> Needs:
-    """Write the file of a combination, and return what it needs."""
-    pipeline, _ = validated(data)
-    mark_source(job.folder, file)
-    text = tomli_w.dumps(moved(data, pipeline, file.parent, job.folder))
-    write_job(job, f"# A combination of the grid of {file.name}.\n{text}")
-    return _needs(file, pipeline)
 
 
 def _checked(file: Path, grid: Any) -> dict[str, list]:
@@ -211,7 +204,7 @@ def _short(key: str, grid: Iterable[str]) -> str:
     return re.sub(r"[^\w.+-]+", "_", last if unique else key)
 
 
-def moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path) -> dict[str, Any]:
+def _moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path) -> dict[str, Any]:
     """Name the files that tables name relative to a folder from a new one; those of no valid pipeline are left."""
     for keys, name in named_files(pipeline or {}):
         inner = data
@@ -221,8 +214,12 @@ def moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path)
     return data
 
 
-def write_job(job: Job, text: str) -> None:
-    """Write the pipeline file of a job, unless it is there as it should be."""
+def write_copy(file: Path, job: Job, data: dict[str, Any], head: str) -> Pipeline | None:
+    """Write tables, made of those of a file, as the file of a job unless it is there; return what they describe."""
+    pipeline, _ = validated(data)
+    mark_source(job.folder, file)
+    text = f"{head}\n{tomli_w.dumps(_moved(data, pipeline, file.parent, job.folder))}"
     if not job.file.is_file() or job.file.read_text(encoding="utf-8") != text:
         with atomic_path(job.file) as temporary:
             temporary.write_text(text, encoding="utf-8")
+    return pipeline

@@ -7,12 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from modalprep.errors import InputError
-from modalprep.pipeline.batch.grid import combined, moved, validated, write_job
+from modalprep.pipeline.batch.grid import combined, write_copy
 from modalprep.pipeline.batch.job import Job
-from modalprep.pipeline.building.sources import mark_source, refuse_shared
+from modalprep.pipeline.building.sources import refuse_shared
 from modalprep.pipeline.schema.load import Loaded, load, read_toml
 
 
@@ -41,10 +39,8 @@ def with_settings(file: Path, settings: Sequence[str], output: Path | None) -> t
         raise InputError(f"{file} lies where its changed copy would be written; name another folder with --output")
     data = combined(file, read_toml(file)[1], _parsed(settings), "--set")
     refuse_shared(job.folder, file)
-    mark_source(job.folder, file)
-    said = "\n".join(f"# --set {setting}" for setting in settings)
-    data = moved(data, validated(data)[0], file.parent, job.folder)
-    write_job(job, f"# {file.name} with other values:\n{said}\n{tomli_w.dumps(data)}")
+    said = [f"# --set {setting}" for setting in settings]
+    write_copy(file, job, data, "\n".join([f"# {file.name} with other values:", *said]))
     return load(job.file), output
 
 

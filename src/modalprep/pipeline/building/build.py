@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -76,12 +77,10 @@ def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> Fle
     """Return the body of a pipeline file, built again only when its inputs changed."""
     folder = output_folder(source.path, output)
     file = folder / f"{source.path.stem}.h5"
-    try:
+    with suppress(InputError):
         body, wanted = read_body(file), inputs(source)
         if wanted.items() <= body.provenance.items():
             return body
-    except InputError:
-        pass
     built = build_body(source, folder, reporter)
     for note in warnings_of(built.notes):
         reporter.note(note)

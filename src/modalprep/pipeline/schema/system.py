@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
@@ -238,6 +238,12 @@ class SimulationTable(Table):
         if not self.geometric_stiffness and self.theory == "consistent":
             raise ValueError("geometric_stiffness = false contradicts theory = 'consistent'; leave one of them out")
         return self
+
+    @property
+    def steps(self) -> dict[str, Any]:
+        """Span, tolerances, method and steps, as the solver takes them."""
+        names = {"t_end", "output_step", "rtol", "atol", "method", "max_step", "shortest_event"}
+        return self.model_dump(include=names)
 
     @property
     def chosen_theory(self) -> Theory:

@@ -83,9 +83,7 @@ def ensemble_cases(table: EnsembleTable) -> dict[str, np.ndarray]:
 
 
 def _options(pipeline: Pipeline) -> dict[str, Any]:
-    s = pipeline.simulation
-    names = ("t_end", "output_step", "rtol", "atol", "method", "max_step", "shortest_event")
-    return {name: getattr(s, name) for name in names} | {"events": read_events(pipeline.events)}
+    return pipeline.simulation.steps | {"events": read_events(pipeline.events)}
 
 
 def _where(table: EnsembleTable) -> dict[str, Any]:

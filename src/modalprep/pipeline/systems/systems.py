@@ -149,19 +149,17 @@ def _simulate(
 ) -> Result:
     s = source.pipeline.simulation
     with reporter.progress(f"{source.path.name}: {label}", s.t_end, unit="s") as progress:
-        span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
-        steps = {"atol": s.atol, "method": s.method, "max_step": s.max_step, "shortest_event": s.shortest_event}
         if isinstance(system, DeployingSystem):
             if reference:
                 raise InputError("[deployments] have no reference implementation; leave out --reference")
-            run = simulate_deployment(system, **span, **steps, progress=progress)
+            run = simulate_deployment(system, **s.steps, progress=progress)
         elif s.variables == "joint":
             events = read_events(source.pipeline.events)
-            run = simulate(system, **span, **steps, events=events, reference=reference, progress=progress)
+            run = simulate(system, **s.steps, events=events, reference=reference, progress=progress)
         elif reference:
             raise InputError(f"variables = {s.variables!r} have no reference implementation; leave out --reference")
         else:
-            run = simulate_free_system(system, **span, variables=s.variables)
+            run = simulate_free_system(system, **s.model_dump(include={"t_end", "output_step", "rtol", "variables"}))
     momenta = f", momenta kept to {run.stats['momentum_error']:.0e}" if "momentum_error" in run.stats else ""
     reporter.say(
         f"  {run.message}; {run.stats['steps']:.0f} steps, "

@@ -138,14 +138,11 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
     shown = shown if isinstance(shown, RunPage) else RunPage(shown)
     run, system, rtol, inputs = shown.run, shown.system, shown.rtol, shown.inputs
     verdict, channels = shown.judgement, shown_channels(run, shown.channels)
+    settings = {"relative tolerance": number(rtol)} | dict(shown.settings)
     found = [
         body_parts.in_short(describe_run(run), verdict),
         *body_parts.requirements(verdict),
-        parts.the_run(
-            run,
-            {"relative tolerance": number(rtol)} | dict(shown.settings),
-            [note for note in shown.told if kind_of(note) == "notes"],
-        ),
+        parts.the_run(run, settings, [note for note in shown.told if kind_of(note) == "notes"]),
         *parts.the_system(system),
         parts.audits(run, rtol, shown.audited),
         *parts.events(run),
