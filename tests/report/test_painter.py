@@ -33,12 +33,12 @@ def test_pictures_are_those_of_this_process(cantilever, tmp_path, monkeypatch):
     here, there = {1: tmp_path / "1.png", 2: tmp_path / "2.png"}, tmp_path / "there"
     with pictures.pictures_beside(2) as drawn:
         drawn.begin(cantilever, there / "c.h5")
-        mesh_picture, modes = drawn.draw(cantilever, there / "c.h5", Reporter(quiet=True), [])
+        found = drawn.draw(cantilever, there / "c.h5", Reporter(quiet=True))
     assert render._trusted
     render.render_mesh(cantilever, tmp_path / "mesh.png")
     list(render_modes(cantilever, here))
-    assert mesh_picture.read_bytes() == (tmp_path / "mesh.png").read_bytes()
-    assert [modes[k].read_bytes() for k in (1, 2)] == [here[k].read_bytes() for k in (1, 2)]
+    assert found.mesh.read_bytes() == (tmp_path / "mesh.png").read_bytes()
+    assert [found.modes[k].read_bytes() for k in (1, 2)] == [here[k].read_bytes() for k in (1, 2)]
 
 
 @pytest.mark.usefixtures("untried")
@@ -50,7 +50,7 @@ def test_pictures_are_drawn_here_after_a_failure_there(code, cantilever, tmp_pat
     drawn_here = []
     with pictures.pictures_beside(1) as drawn:
         drawn.begin(cantilever, tmp_path / "c.h5")
-        drawn.draw(cantilever, tmp_path / "c.h5", Reporter(quiet=True), [])
+        drawn.draw(cantilever, tmp_path / "c.h5", Reporter(quiet=True))
     assert drawn_here == ["c-mesh.png", 1]
 
 
