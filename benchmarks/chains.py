@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 
 import modalprep as mp
-from modalprep.examples import uniform_beam
 from modalprep.compiler.jit import compile_kernel
+from modalprep.examples import uniform_beam
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.packing.tree import pack
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.materials import Material
 from modalprep.fe.properties.properties import Beam, Shell, Solid
+
+if TYPE_CHECKING:
+    from modalprep.fe.links.interface import Boundary
 
 
 def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
@@ -22,16 +27,16 @@ def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
     )  # fmt: skip
 
 
-def spinup_section(**changes: float) -> Beam:
+def spinup_section(**changes: Any) -> Beam:
     """Return the section of the spin-up beam of Simo and Vu-Quoc (1986): EA 2.8e7, EI 1.4e4, GA 1e7, 1.2 kg/m.
 
     Bending is in the x-y plane; out of plane the beam is four times as stiff.
     """
-    values = {"A": 4e-4, "Iy": 8e-7, "Iz": 2e-7, "J": 5e-7, "ky": 1.0, "kz": 1.0} | changes
+    values: dict[str, Any] = {"A": 4e-4, "Iy": 8e-7, "Iz": 2e-7, "J": 5e-7, "ky": 1.0, "kz": 1.0} | changes
     return Beam(material=Material(E=7e10, nu=0.4, rho=3000.0), **values)
 
 
-def cantilever_model(elements: int = 10, tip: str = "free"):
+def cantilever_model(elements: int = 10, tip: Boundary = "free"):
     """Assemble the spin-up beam with interfaces ``root`` and ``tip`` (`tip` is its boundary)."""
     from modalprep.fe.assembly.assemble import assemble
     from modalprep.fe.links.interface import Interface
@@ -103,7 +108,7 @@ def small_systems():
     }
 
 
-def uniform_beam(modes: int = 3, elements: int = 40, **reduction):
+def uniform_beam(modes: int = 3, elements: int = 40, **reduction: Any):
     """Return the modal body of the spin-up beam, clamped at its root."""
     from modalprep.body.build import flexible_body
     from modalprep.reduction.craig_bampton import craig_bampton

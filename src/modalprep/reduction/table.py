@@ -213,5 +213,11 @@ class ModalBody(Protocol):
         ...
 
     def with_(self, **changes: Any) -> Self:
-        """Return a copy with the named fields changed."""
+        """Return a copy with the named fields changed.
+
+        Returns
+        -------
+        ModalBody
+            The copy.
+        """
         ...

@@ -138,7 +138,7 @@ def refuse_strain(K: csr_array, R: np.ndarray, at: Callable[[int], str]) -> None
         )
 
 
-def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Callable[[int], str]) -> None:
+def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Places) -> None:
     """Refuse a structure whose ``used`` nodes are not all joined by the rows of `groups`, stiffness or frames."""
     count, small, where = smallest_part(groups, used, points)
     if count > 1:

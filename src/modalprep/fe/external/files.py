@@ -155,7 +155,7 @@ def read_matrices(
 def _sources(file, stiffness, mass) -> dict[str, tuple[Path, Found]]:
     if (file is None) == (stiffness is None or mass is None) or (file is not None and (stiffness or mass)):
         raise InputError("matrices come from either 'file' (both in one), or 'stiffness' and 'mass'; give one way")
-    paths = {"stiffness": Path(file or stiffness), "mass": Path(file or mass)}
+    paths = {"stiffness": Path(str(file or stiffness)), "mass": Path(str(file or mass))}
     read = {path: _read(path) for path in dict.fromkeys(paths.values())}
     return {name: (path, read[path]) for name, path in paths.items()}
 

@@ -100,7 +100,7 @@ class Generator:
                 raise InputError(f"shape {self.name} has no parameter {name!r}; {hint}")
         values = {k: p.read(given[k]) if k in given else p.default for k, p in self.parameters.items()}
         lengths = {k: v for k, v in values.items() if v and self.parameters[k].unit == "m" and k != "size"}
-        least, most = (f(lengths, key=lengths.get) for f in (min, max))
+        least, most = (f(lengths, key=lengths.__getitem__) for f in (min, max))
         if lengths[most] > SLENDER * lengths[least]:
             raise InputError(f"{least} = {lengths[least]:g} m is lost beside {most} = {lengths[most]:g} m")
         return values
@@ -115,8 +115,8 @@ def _describe(draw: Callable) -> Generator:
             kind, (unit, meaning, *sign) = hints[name].__origin__, hints[name].__metadata__
             choices = get_args(kind) if get_origin(kind) is Literal else ()
             parameters[name] = Parameter(name, unit, meaning, found.default, choices, *sign)
-    meaning = inspect.getdoc(draw).partition("\n")[0].rstrip(".")
-    return Generator(draw.__name__.replace("_", "-"), meaning, parameters, draw.groups, draw)
+    meaning = (inspect.getdoc(draw) or "").partition("\n")[0].rstrip(".")
+    return Generator(draw.__name__.replace("_", "-"), meaning, parameters, vars(draw)["groups"], draw)
 
 
 GENERATORS: dict[str, Generator] = {g.name: g for g in map(_describe, shapes.SHAPES)}

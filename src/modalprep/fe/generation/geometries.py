@@ -30,7 +30,7 @@ def groups(*names: str) -> Callable[[Callable], Callable]:
     """Decorate a shape with the groups it creates."""
 
     def mark(shape: Callable) -> Callable:
-        shape.groups = names
+        vars(shape)["groups"] = names
         return shape
 
     return mark

@@ -244,5 +244,6 @@ def mid_nodes(kind: str, conn: np.ndarray) -> np.ndarray:
     array([[5]])
     """
     cell = cell_of(kind)
-    known = cell is not None and CELLS.get(f"{cell.shape}{conn.shape[1]}")
-    return conn[:, len(cell.corners) : len(cell.corners) + len(cell.edges)] if known else conn[:, :0]
+    if cell is None or not CELLS.get(f"{cell.shape}{conn.shape[1]}"):
+        return conn[:, :0]
+    return conn[:, len(cell.corners) : len(cell.corners) + len(cell.edges)]

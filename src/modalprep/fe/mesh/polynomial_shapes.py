@@ -26,7 +26,7 @@ def polynomial_shapes(cell: Cell, X: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """
     inverse = np.linalg.inv(_basis(cell, cell.node_coordinates()))
     step = 1e-30j * np.eye(3)  # complex step: the derivative without rounding
-    slope = np.stack([_basis(cell, X.T + s).imag / 1e-30 for s in step], axis=2)
+    slope = np.stack([np.imag(_basis(cell, X.T + s)) / 1e-30 for s in step], axis=2)
     return _basis(cell, X.T) @ inverse, np.einsum("qka,ki->qia", slope, inverse)
 
 

@@ -68,7 +68,7 @@ def _pyramid(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _element(kind: str) -> type:
-    return getattr(skfem_element, CELLS[kind].reference)
+    return getattr(skfem_element, str(CELLS[kind].reference))
 
 
 def _order(kind: str, located: np.ndarray) -> np.ndarray:

@@ -72,30 +72,31 @@ class NodeSet:
             When the set is empty.
         """
         way = self._given()[0]
-        found = mesh.nodes(self.group) if way == "group" else getattr(self, f"_{way}")(mesh, used)
+        given = getattr(self, way)
+        found = mesh.nodes(given) if way == "group" else getattr(self, f"_{way}")(mesh, used, given)
         if not len(found):
             raise InputError(f"no node lies at {self}; the mesh spans {_span(mesh, used)} m")
         return np.asarray(found)
 
-    def _node(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
+    def _node(self, mesh: Mesh, used: np.ndarray, node: int) -> np.ndarray:
         if len(mesh.labels):
-            return np.flatnonzero(mesh.labels == self.node)
-        return np.array([self.node - 1] if 0 < self.node <= len(mesh.points) else [], dtype=int)
+            return np.flatnonzero(mesh.labels == node)
+        return np.array([node - 1] if 0 < node <= len(mesh.points) else [], dtype=int)
 
-    def _near(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
-        return used[[np.argmin(np.linalg.norm(mesh.points[used] - self.near, axis=1))]]
+    def _near(self, mesh: Mesh, used: np.ndarray, near: Vector) -> np.ndarray:
+        return used[[np.argmin(np.linalg.norm(mesh.points[used] - near, axis=1))]]
 
-    def _box(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
+    def _box(self, mesh: Mesh, used: np.ndarray, box: tuple[Vector, Vector]) -> np.ndarray:
         slack = _slack(mesh, used)
-        low, high = np.min(self.box, axis=0) - slack, np.max(self.box, axis=0) + slack
+        low, high = np.min(box, axis=0) - slack, np.max(box, axis=0) + slack
         return used[np.all((mesh.points[used] >= low) & (mesh.points[used] <= high), axis=1)]
 
-    def _plane(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
-        point, normal = self.plane
+    def _plane(self, mesh: Mesh, used: np.ndarray, plane: tuple[Vector, Vector]) -> np.ndarray:
+        point, normal = plane
         return used[np.abs((mesh.points[used] - point) @ self._unit(normal)) <= _slack(mesh, used)]
 
-    def _cylinder(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
-        point, _, radius, *given = self.cylinder
+    def _cylinder(self, mesh: Mesh, used: np.ndarray, cylinder: tuple) -> np.ndarray:
+        point, _, radius, *given = cylinder
         distance = np.linalg.norm(np.cross(mesh.points[used] - point, self.axis()), axis=1)
         return used[np.abs(distance - radius) <= (given[0] if given else _slack(mesh, used))]
 
@@ -107,6 +108,7 @@ class NodeSet:
         InputError
             When the given direction has no length.
         """
+        assert self.cylinder is not None
         return self._unit(self.cylinder[1])
 
     def _unit(self, direction: Vector) -> np.ndarray:

@@ -123,7 +123,8 @@ def _is_surface(kind: str) -> bool:
 
 
 def _edges_of(kind: str, conn: np.ndarray) -> tuple[np.ndarray, ...]:
-    edges, mid = cell_of(kind).edges, mid_nodes(kind, conn)
+    cell, mid = cell_of(kind), mid_nodes(kind, conn)
+    edges = cell.edges if cell else ()
     n, k = len(conn), len(edges)
     around = np.full((n, WIDEST), -1)
     around[:, : conn.shape[1]] = conn
@@ -176,7 +177,9 @@ def hanging(edges: ShellEdges, entries: np.ndarray, points: np.ndarray, nodes: n
     """
     found = [np.zeros((0, 2), dtype=int)]
     tree = cKDTree(points[nodes], compact_nodes=False) if len(nodes) and len(entries) else None
-    for start in range(0, len(entries) if tree else 0, BATCH):
+    for start in range(0, len(entries), BATCH):
+        if tree is None:
+            break
         entry = entries[start : start + BATCH]
         a, b = points[edges.ends[entry, 0]], points[edges.ends[entry, 1]]
         near = tree.query_ball_point((a + b) / 2, np.linalg.norm(b - a, axis=1) / 2)

@@ -36,7 +36,7 @@ def _not_numbers(checked: Checked) -> Finding | None:
 def _unconnected(checked: Checked) -> Finding | None:
     """Find nodes that no cell uses, points and links included."""
     mesh = checked.mesh
-    used = ~np.isfinite(mesh.points).all(axis=1)
+    used = np.asarray(~np.isfinite(mesh.points).all(axis=1))
     for conn in (*mesh.cells.values(), *checked.links):
         used[conn] = True
     text = "{what} {are} used by no element, the first near {at}; remove what is left over, or connect it"

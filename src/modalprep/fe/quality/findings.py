@@ -104,7 +104,9 @@ class Statistics:
             return cls(count)
         return cls(
             count,
-            *(_of(shape.size, reduce) for reduce in (np.min, np.median, np.max)),
+            _of(shape.size, np.min),
+            _of(shape.size, np.median),
+            _of(shape.size, np.max),
             _of(shape.aspect, np.max),
             _of(shape.small, np.min),
             _of(shape.large, np.max),

@@ -137,7 +137,7 @@ def check_mesh(
 
 
 def _checked(mesh: Mesh, structural: Collection[str] | None, joined: Collection[str | np.ndarray]) -> Checked:
-    finite = np.isfinite(mesh.points).all(axis=1)
+    finite = np.asarray(np.isfinite(mesh.points).all(axis=1))
     rows = {kind: r[finite[mesh.cells[kind][r]].all(axis=1)] for kind, r in _structural_rows(mesh, structural).items()}
     rows = {kind: r for kind, r in rows.items() if len(r)}
     cells = {kind: mesh.cells[kind][r] for kind, r in rows.items()}

@@ -136,7 +136,8 @@ def _angles(cell: Cell, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             cosine = _dot(_towards(cell, unit, corner, before), _towards(cell, unit, corner, after))
             low, high = np.minimum(low, cosine), np.maximum(high, cosine)
     if not cell.faces:
-        return np.full((2, unit.shape[2]), np.nan)
+        none = np.full(unit.shape[2], np.nan)
+        return none, none
     return np.degrees(np.arccos(np.clip(high, -1, 1))), np.degrees(np.arccos(np.clip(low, -1, 1)))
 
 
@@ -190,10 +191,11 @@ def _degenerate(cell: Cell, conn: np.ndarray, unit: np.ndarray, length: np.ndarr
 
 def _inverted(kind: str, x: np.ndarray, triple, mid: np.ndarray) -> np.ndarray:
     """Whether the Jacobian of a volume is negative at a corner or, where its edges are curved, at any node."""
-    if triple is None:
+    cell = cell_of(kind)
+    if triple is None or cell is None:
         return np.zeros(x.shape[2], dtype=bool)
     bad = (triple[0] < -FLAT).any(axis=0)
-    gradient = curved_gradient(cell_of(kind).shape, x.shape[0])
+    gradient = curved_gradient(cell.shape, x.shape[0])
     if gradient is None:
         return bad
     curved = np.flatnonzero((mid > STRAIGHT) & ~bad) if x.shape[0] not in (18, 27) else np.flatnonzero(~bad)

@@ -28,8 +28,8 @@ def of_envelopes(envelopes: Iterable[Envelope]) -> list[Requirement]:
     known = [row for row in rows if row["margin"] == row["margin"]]
     found = [
         Requirement(name=f"margin of {row['body']}.{row['recovery']} {row['component']}", anchor="recovered",
-                    result=PASSED if row["margin"] >= 0 else FAILED,
-                    says=f"{margin_of_safety(row['margin'])} at {row['place']}")
+                    result=PASSED if float(row["margin"]) >= 0 else FAILED,
+                    says=f"{margin_of_safety(float(row['margin']))} at {row['place']}")
         for row in known
     ]  # fmt: skip
     if len(known) < len(rows):

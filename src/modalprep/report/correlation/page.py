@@ -42,7 +42,7 @@ def write_pairs_page(found: Correlation, drawn: Drawn | None, path: str | Path) 
         The file.
     """
     scene, problem = drawable(drawn) if drawn is not None else (None, "")
-    if scene:
+    if scene and drawn is not None:
         scene["notes"] = [*scene["notes"], *drawn.notes]
     text = _template().render(
         style=Markup(_part("page.css") + _part("correlation/pairs.css")),

@@ -54,5 +54,6 @@ def varying(values: Sequence[Any]) -> bool:
 
 
 def _close(one: Any, other: Any) -> bool:
-    numbers = not isinstance(one, str) and not isinstance(other, str)
-    return numbers and abs(one - other) <= max(ROUND_OFF * max(abs(one), abs(other)), TINY)
+    if isinstance(one, str) or isinstance(other, str):
+        return False
+    return abs(one - other) <= max(ROUND_OFF * max(abs(one), abs(other)), TINY)

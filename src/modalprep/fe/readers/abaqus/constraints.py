@@ -117,7 +117,7 @@ def distributing(deck: Deck, block: Block) -> None:
     _refuse_axes(block, mask)
     if block.choice("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         block.refuse(f"has WEIGHTING METHOD={block.options['WEIGHTING METHOD']}; only UNIFORM is read")
-    over = _cells(deck, block.owner, tied)
+    over = _cells(deck, block.owner or block, tied)
     deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask, over=over))
 
 

@@ -9,7 +9,7 @@ from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.readers.abaqus.deck import LABEL, Deck, Element
 from modalprep.fe.readers.abaqus.geometry import label_of
 from modalprep.fe.readers.abaqus.lexer import Block, Row
-from modalprep.fe.readers.coverage import Entry
+from modalprep.fe.readers.coverage import Entry, Treatment
 
 MOST = 1_000_000  # elements that one line may make
 SHELL = "The shell is that of theory 7; CalculiX makes solids of shells."
@@ -25,7 +25,7 @@ class Type(NamedTuple):
     entry: Entry
 
 
-def _type(family: str, cell: str, names: str, remark: str = "", treatment: str = "") -> Type:
+def _type(family: str, cell: str, names: str, remark: str = "", treatment: Treatment | None = None) -> Type:
     return Type(family, cell, names, Entry(treatment or ("approximated" if remark else "read"), remark))
 
 

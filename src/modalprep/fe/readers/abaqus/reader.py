@@ -64,8 +64,9 @@ def read_abaqus(path: Path, length: float, mass: float, ignore: Collection[str] 
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         for stage in STAGES:
             for block in blocks:
-                if block.keyword in stage:
-                    stage[block.keyword].handle(deck, block)
+                entry = stage.get(block.keyword)
+                if entry and entry.handle:
+                    entry.handle(deck, block)
         _refuse_bare_couplings(deck, blocks)
         _note_bare_points(deck)
         return _mesh(deck, sha256)

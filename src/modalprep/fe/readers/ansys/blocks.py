@@ -59,7 +59,8 @@ def whole(command: Command, texts: list[str], line: int) -> list[int]:
 def node_rows(command: Command) -> Iterator[tuple[int, int, list[float]]]:
     """Yield line, number and six values of each node: coordinates and angles (degrees)."""
     widths = layout(command)
-    integers = int(FORMAT.fullmatch(command.formats[0].replace(" ", ""))[1])
+    given = FORMAT.fullmatch(command.formats[0].replace(" ", ""))
+    integers = int(given[1]) if given else 0
     for line, text in command.rows:
         fields = cut(text, widths)
         label = whole(command, fields[:1], line)[0]
