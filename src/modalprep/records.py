@@ -12,6 +12,7 @@ import numpy as np
 Given = TypeVar("Given")
 Kept = TypeVar("Kept")
 NOTHING: Any = MISSING  # as the default of a value of any type
+CHANGED = "_changed"  # attribute of a record while it is made: the fields that are to be converted
 
 
 def given(
@@ -160,15 +161,25 @@ class Record:
             elif isinstance(value, dict):
                 frozen = {k: _read_only(v) if isinstance(v, np.ndarray) else v for k, v in value.items()}
                 object.__setattr__(self, name, frozen)
+        vars(self).pop(CHANGED, None)
 
     def _convert(self, what: str = "") -> None:
         """Convert what is `given`; a record whose checks need the result does so first, with its name for errors."""
+        own = vars(self)
+        changed = own.get(CHANGED, own)
         for name, converter in _converters(type(self)):
-            object.__setattr__(self, name, converter(getattr(self, name), f"{what}{name}"))
+            if name in changed:
+                own[name] = converter(own[name], f"{what}{name}")
+        own[CHANGED] = ()  # none is converted again
 
     def with_(self, **changes: Any) -> Self:
-        """Return a copy with the named fields changed."""
-        return replace(self, **changes)  # type: ignore[type-var]
+        """Return a copy with the named fields changed; the others are converted already."""
+        if not changes.keys() <= set(_names(type(self))):
+            return replace(self, **changes)  # type: ignore[type-var]  # which says what is not a field
+        found, own = object.__new__(type(self)), vars(self)
+        vars(found).update({name: own[name] for name in _names(type(self))} | changes, **{CHANGED: changes})
+        found.__post_init__()
+        return found
 
     def _unchecked(self, **changes: Any) -> Self:
         found = object.__new__(type(self))

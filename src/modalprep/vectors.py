@@ -21,12 +21,23 @@ PROPER = 1e-6  # of an entry of R R' - 1, and of the length of a quaternion
 def vector(value: VectorLike, what: str = "") -> np.ndarray:
     """Return numbers that are given as a list, a tuple or an array.
 
+    Raises
+    ------
+    InputError
+        When they are no numbers, with `what` they are.
+
     Examples
     --------
     >>> vector((0, 0, 1))
     array([0., 0., 1.])
+    >>> vector("x", "axis")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: axis 'x' has no numbers; give a list of numbers such as [0, 0, 1]
     """
-    return np.asarray(value, dtype=float)
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} {value!r} has no numbers; give a list of numbers such as [0, 0, 1]") from None
 
 
 def matrix(value: MatrixLike | VectorLike, what: str = "") -> np.ndarray:

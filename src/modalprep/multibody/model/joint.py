@@ -21,7 +21,7 @@ from modalprep.multibody.model.joint_types import (
     JointType,
 )  # fmt: skip
 from modalprep.multibody.model.time_function import TimeFunction, motions
-from modalprep.records import Record, given, optional, start
+from modalprep.records import CHANGED, Record, given, optional, start
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import as_rotation, vector
 
@@ -141,7 +141,7 @@ class Joint(Record):
         """
         if not changes.keys() <= STARTS.keys():
             return super().with_(**changes)
-        found = self._unchecked(**changes)
+        found = self._unchecked(**changes, **{CHANGED: changes})
         found._check_starts()
         Record.__post_init__(found)
         return found
@@ -209,6 +209,8 @@ class Joint(Record):
 
     def _direction(self, key: str) -> np.ndarray:
         axis = getattr(self, key)
+        if axis.shape != (3,):
+            raise InputError(f"joint {self.name!r}: {key} {axis.tolist()} is not three numbers")
         length = np.linalg.norm(axis)
         if not length > 0:
             raise InputError(f"joint {self.name!r}: {key} {axis.tolist()} has no direction")
