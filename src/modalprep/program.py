@@ -72,5 +72,5 @@ def sources_digest(root: Path) -> str:
     """
     total = hashlib.sha256()
     for file in sorted(root.rglob("*.py")):
-        total.update(f"{file.relative_to(root).as_posix()} {file_digest(file)}\n".encode())
+        total.update(f"{file.relative_to(root).as_posix()} {_read_digest(file)}\n".encode())
     return total.hexdigest()

@@ -69,17 +69,11 @@ def batch(
     Finished jobs are not run again. When one job fails, it is reported and the others go on. The exit code is 1 when a
     job failed or its verdict is FAIL, and 2 when files could not be written.
     """
-    from modalprep.errors import InputError
     from modalprep.pipeline.batch.batch import collect_batch, list_batch, run_batch
     from modalprep.pipeline.batch.plan import Shard, plan_batch
     from modalprep.pipeline.console import Reporter
 
-    if not cache_size > 0:
-        raise InputError(f"--cache-size {cache_size:g} must be positive; use --no-cache for none")
-    if no_cache and cache:
-        raise InputError("--no-cache and --cache contradict each other; give one of them")
-    if collect and shard:
-        raise InputError("--collect takes the results of all parts; leave --shard out")
+    _refuse_contradictions(cache, cache_size, no_cache, collect=collect, shard=shard)
     where = _where(jobs, _scheduler(scheduler, scheduler_file, cluster, jobs), job_time, job_memory, retries)
     reporter = Reporter(quiet=as_json or quiet)
     planned = plan_batch(files, output, Shard.read(shard) if shard else None, ended=collect)
@@ -99,6 +93,19 @@ def batch(
         print_json(done)
     if not listing:
         _end(done)
+
+
+def _refuse_contradictions(
+    cache: Path | None, cache_size: float, no_cache: bool, *, collect: bool, shard: str | None
+) -> None:
+    from modalprep.errors import InputError
+
+    if not cache_size > 0:
+        raise InputError(f"--cache-size {cache_size:g} must be positive; use --no-cache for none")
+    if no_cache and cache:
+        raise InputError("--no-cache and --cache contradict each other; give one of them")
+    if collect and shard:
+        raise InputError("--collect takes the results of all parts; leave --shard out")
 
 
 def _end(done: dict[str, Any]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -124,7 +125,7 @@ def _with_default(limits: Limits, worker: Any) -> Limits:
     whole = worker.memory_manager.memory_limit
     if limits.memory is not None or not whole:
         return limits
-    return Limits(limits.seconds, whole / worker.state.nthreads)
+    return replace(limits, memory=whole / worker.state.nthreads)
 
 
 def _separately(

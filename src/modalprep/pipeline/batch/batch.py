@@ -12,6 +12,7 @@ from modalprep.pipeline.batch.job import Setting
 from modalprep.pipeline.batch.keep import Keeper
 from modalprep.pipeline.batch.plan import Batch
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.study.write import write_study
 from modalprep.program import program
 from modalprep.report.terminal import clock
 
@@ -70,7 +71,7 @@ def _end(batch: Batch, keeper: Keeper, reporter: Reporter) -> dict[str, Any]:
     jobs_table(manifest["jobs"], reporter.console)
     reporter.wrote(keeper.write(manifest))
     if batch.is_whole:
-        files, notes = keeper.write_study()
+        files, notes = write_study(manifest["jobs"], batch.folder)
         for note in notes:
             reporter.note(note)
         for file in files:

@@ -15,7 +15,7 @@ from modalprep.atomic import not_written, write_json
 from modalprep.errors import OutputError
 from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.batch.plan import Batch
-from modalprep.pipeline.study.write import Written, write_study
+from modalprep.pipeline.study.write import write_study
 from modalprep.program import program
 
 EVERY, SHARE = 10.0, 20.0  # s between two writings of the table, and times what one takes
@@ -74,18 +74,8 @@ class Keeper:
     def _write_study_when_due(self) -> None:
         begin = time.monotonic()
         if begin > self._due and self._batch.is_whole:
-            self.write_study()
+            write_study(self._rows(), self._batch.folder)
             self._due = begin + max(EVERY, SHARE * (time.monotonic() - begin))
-
-    def write_study(self) -> Written:
-        """Write the table and the page of all jobs.
-
-        Raises
-        ------
-        OutputError
-            When they cannot be written.
-        """
-        return write_study([self._row(job) for job in self._batch.jobs], self._batch.folder)
 
     def _append(self, line: str, mode: str) -> None:
         try:
@@ -106,7 +96,7 @@ class Keeper:
 
     def manifest(self) -> dict[str, Any]:
         """Return what ``batch.json`` holds."""
-        rows = [self._row(job) for job in self._batch.jobs]
+        rows = self._rows()
         return {
             "format": "modalprep batch",
             "version": 1,
@@ -116,6 +106,9 @@ class Keeper:
             "failed": sum(row["status"] != DONE for row in rows),
             "jobs": rows,
         }
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [self._row(job) for job in self._batch.jobs]
 
     def _row(self, job: Job) -> dict[str, Any]:
         waiting = {"job": job.name, "pipeline": str(job.file), "status": "waiting", "cause": ""}

@@ -26,6 +26,7 @@ from modalprep.pipeline.study.quantities import quantities
 from modalprep.program import program
 from modalprep.verdicts.notes import silent
 from modalprep.verdicts.verdict import FAILED
+from modalprep.workers.on_worker import unfit
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 PATIENCE, PAUSE = 5.0, 0.5  # s, in which a shared folder shows what another machine has just written
@@ -40,9 +41,8 @@ def work(job: Job, setting: Setting) -> Record:
     setting : Setting
         Includes the program of the batch; a worker with another program refuses.
     """
-    if program() != setting.program:
-        differing = [name for name, value in setting.program.items() if program().get(name) != value]
-        return failure(job, f"its worker has a different {', '.join(differing)}; install the same there")
+    if cause := unfit(setting.program, None):
+        return failure(job, f"its worker {cause}")
     read = cache(partial(load, job.file))  # once, unless it changes
     before = finished(job, setting.program, read)  # a cluster that lost a worker with its record runs the job again
     if before is not None:

@@ -161,16 +161,16 @@ def data_address(data: bytes, kind: str) -> str:
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
-def part(name: str, **values: Any) -> Markup:
-    """Return a template of the page, filled in; every text is escaped."""
-    return Markup(_templates().get_template(name).render(**values))
+def part(name: str, folder: str = "body_page", **values: Any) -> Markup:
+    """Return a template from a folder of the reports, filled in; every text is escaped."""
+    return Markup(_templates(folder).get_template(name).render(**values))
 
 
 @cache
-def _templates() -> Environment:
+def _templates(folder: str) -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    loader = PackageLoader("modalprep.report", "body_page")
+    loader = PackageLoader("modalprep.report", folder)
     found = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    found.filters["engineering"] = raised
+    found.filters |= {"engineering": raised, "cell": written}
     return found

@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.report.body_page.frame import framed, now
 from modalprep.report.body_page.section import Section
-from modalprep.report.body_page.table import written
+from modalprep.report.body_page.table import part
 from modalprep.report.study.data import is_number, page_data, varying
 from modalprep.report.study.facts import WAITING, counts, extremes, facts, troubles
 
@@ -83,7 +81,7 @@ def write_study_page(
         *_section("Extremes", "extremes", "extremes.html", rows=extremes(columns, parameters), **named),
     ]
     number = counts(rows)
-    box = _part("box.html", counts=number, facts=facts(rows), **named)
+    box = part("box.html", "study", counts=number, facts=facts(rows), **named)
     have = "has" if number.ended == 1 else "have"
     lead = f"{number.ended} of {len(rows)} jobs {have} ended." + " Reload the page for more." * bool(number.waiting)
     text = framed("/".join(path.absolute().parts[-3:-1]), "study", lead, now(), box, sections,
@@ -94,7 +92,7 @@ def write_study_page(
 
 
 def _section(title: str, anchor: str, template: str, **values: Any) -> list[Section]:
-    html = _part(template, **values)
+    html = part(template, "study", **values)
     return [Section(title=title, anchor=anchor, html=html)] if html.strip() else []
 
 
@@ -132,15 +130,3 @@ def _shown(columns: Columns, parameters: Sequence[str]) -> list[str]:
     fixed = ["job", *parameters, "status", "verdict", "seconds"]
     others = [name for name in columns if name not in (*fixed, "cause") and not SELDOM.match(name)]
     return [*fixed, *[name for name in others if varying(columns[name])][:COLUMNS]]
-
-
-def _part(name: str, **values: Any) -> Markup:
-    return Markup(_templates().get_template(name).render(**values))
-
-
-@cache
-def _templates() -> Environment:
-    loader = PackageLoader("modalprep.report", "study")
-    found = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    found.filters["cell"] = written
-    return found
