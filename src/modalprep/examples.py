@@ -20,11 +20,16 @@ def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
     points[:, 0] = np.linspace(0, length, elements + 1)
     return Mesh(
         points=points,
-        cells={"line": np.stack([np.arange(elements), np.arange(1, elements + 1)], axis=1),
-               "vertex": np.array([[0], [elements]])},
-        groups={"beam": {"line": np.arange(elements)}, "root": {"vertex": np.array([0])},
-                "tip": {"vertex": np.array([1])}},
-    )  # fmt: skip
+        cells={
+            "line": np.stack([np.arange(elements), np.arange(1, elements + 1)], axis=1),
+            "vertex": np.array([[0], [elements]]),
+        },
+        groups={
+            "beam": {"line": np.arange(elements)},
+            "root": {"vertex": np.array([0])},
+            "tip": {"vertex": np.array([1])},
+        },
+    )
 
 
 def spinup_section(**changes: Any) -> Beam:
@@ -97,10 +102,8 @@ def small_systems():
 
     ends = {"root": np.zeros(3), "tip": np.array([1.0, 0, 0])}
     rigid = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)
-    hinge, wire = (
-        Joint(name="hinge", type="revolute", parent="ground", child="rod"),
-        Closure(name="wire", type="distance", a="ground", b="rod.tip", position=np.array([0, 2.0, 0])),
-    )
+    hinge = Joint(name="hinge", type="revolute", parent="ground", child="rod")
+    wire = Closure(name="wire", type="distance", a="ground", b="rod.tip", position=np.array([0, 2.0, 0]))
     return {
         f"{kind} bodies{loop}": System(bodies={"rod": body}, joints=(hinge,), closures=closures)
         for kind, body in (("rigid", rigid), ("flexible", uniform_beam(modes=1)))

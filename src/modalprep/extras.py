@@ -44,7 +44,8 @@ def missing(module: str, what: str) -> str:
     """
     if find_spec(module) is not None:
         return ""
-    name, here = module.replace("_", "-"), f"{sys.platform} {platform.machine()}"
+    name = module.replace("_", "-")
+    here = f"{sys.platform} {platform.machine()}"
     if here not in WHEELS.get(module, (here,)):
         return f"{what} needs {name}, which has no wheel for {here}{INSTEAD.get(module, '')}"
     return f"{what} needs {name}: pip install 'modalprep[{EXTRA[module]}]'"

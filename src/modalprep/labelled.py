@@ -43,7 +43,8 @@ def labelled(
     import xarray
 
     first = [name for name, values in axes.items() if not isinstance(values, tuple)]
-    data, coordinates = {}, dict(axes)
+    data = {}
+    coordinates = dict(axes)
     for name in names:
         parts = components(name)
         label = "axis" if list(parts) == list("xyz") else f"component_{len(parts)}"

@@ -11,9 +11,18 @@ if TYPE_CHECKING:
 
 # those with public names
 PACKAGES = (
-    "fe", "reduction", "body", "supplied", "multibody", "ensemble", "formats", "correlation", "response", "report",
+    "fe",
+    "reduction",
+    "body",
+    "supplied",
+    "multibody",
+    "ensemble",
+    "formats",
+    "correlation",
+    "response",
+    "report",
     "linalg",
-)  # fmt: skip
+)
 
 
 def lazy(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:

@@ -176,7 +176,8 @@ class Record:
         """Return a copy with the named fields changed; the others are converted already."""
         if not changes.keys() <= set(_names(type(self))):
             return replace(self, **changes)  # type: ignore[type-var]  # which says what is not a field
-        found, own = object.__new__(type(self)), vars(self)
+        found = object.__new__(type(self))
+        own = vars(self)
         vars(found).update({name: own[name] for name in _names(type(self))} | changes, **{CHANGED: changes})
         found.__post_init__()
         return found

@@ -90,8 +90,11 @@ def flexible_body(
         raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
     w = 2 * np.pi * reduction.frequency
     Kg, low = stiffness_and_growth(model, reduction, second_order_mass)
-    n, interfaces = Phi.shape[1], len(model.interfaces)
-    Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
+    n = Phi.shape[1]
+    interfaces = len(model.interfaces)
+    Kg_A = Kg[:3]
+    Kg_W = Kg[3:12].reshape(3, 3, n, n)
+    Kg_if = Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
     at_interfaces[0] = 0.0
     body = FlexibleBody(

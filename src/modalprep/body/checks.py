@@ -124,10 +124,12 @@ class CheckReport(Record):
 def required_checks(checks: Iterable[Check]) -> list[Requirement]:
     """Return the requirements of checks; of those beyond a limit that is not required see `beyond`."""
     return [
-        Requirement(name=check.name, result=PASSED if check.within else FAILED, anchor=f"check-{number}",
-                    says=check.says)
-        for number, check in enumerate(checks, start=1) if check.within or check.required
-    ]  # fmt: skip
+        Requirement(
+            name=check.name, result=PASSED if check.within else FAILED, anchor=f"check-{number}", says=check.says
+        )
+        for number, check in enumerate(checks, start=1)
+        if check.within or check.required
+    ]
 
 
 def beyond(checks: Iterable[Check]) -> list[str]:
@@ -162,7 +164,8 @@ def check_model(model: FEModel) -> list[Check]:
     from modalprep.fe.assembly.model import FEModel  # not where a modal file is read
 
     refuse_other("check_model: the model", FEModel, model)
-    R, r = model.rigid_body(), model.rigid
+    R = model.rigid_body()
+    r = model.rigid
     T = R[:, :3]
     terms = abs(model.K) @ np.abs(R)
     moved = np.abs(model.K @ R) / np.maximum(terms, max(NOISE * terms.max(), np.finfo(float).tiny))
@@ -256,7 +259,8 @@ def _identities(body: FlexibleBody) -> list[Check]:
 def _largest(body: FlexibleBody) -> float:
     """Return the largest number of the modes and of the geometric stiffness, made dimensionless."""
     places = np.vstack([body.points, body.interface_position])
-    size, root = np.ptp(places, axis=0).max() or np.float64(1.0), np.sqrt(body.m)
+    size = np.ptp(places, axis=0).max() or np.float64(1.0)
+    root = np.sqrt(body.m)
     parts = [body.Kg_W, body.Kg_A * size, body.Kg_F * (body.m * size), body.Kg_T * (body.m * size**2)]
     parts += [body.phi * root, body.shape * root, body.psi * (root * size)]
     parts += [] if body.T is None else [body.T * (root * size)]
@@ -293,7 +297,8 @@ def deflections(body: FlexibleBody) -> np.ndarray:
     >>> float(np.linalg.norm(body.shape @ deflections(body).T, axis=1).max().round(3))
     10.0
     """
-    size, elastic = np.ptp(body.points, axis=0).max(), body.K > 0
+    size = np.ptp(body.points, axis=0).max()
+    elastic = body.K > 0
     loads = [body.S, body.H / size, body.phi * body.m, body.psi * body.m * size]
     loads = np.concatenate([x.reshape(x.size // max(body.n, 1), body.n) for x in loads])
     answers = loads[:, elastic] / body.K[elastic] @ np.eye(body.n)[elastic]

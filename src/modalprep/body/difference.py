@@ -103,7 +103,8 @@ def _recovery(a: FlexibleBody, b: FlexibleBody, names: list[str]) -> float:
 
 def _recovered(body: FlexibleBody, block: Recovery) -> Iterator[np.ndarray]:
     """Yield the complete static response (p, c, 12 + 6 n_if) to loads of about 1 N, and R in the answers X."""
-    m, size = body.m, _size(body) or 1.0
+    m = body.m
+    size = _size(body) or 1.0
     arms = np.tile(np.repeat([1.0, 1 / size], 3), len(body.interface_name))
     scale = np.concatenate([np.repeat([1 / m, 1 / (m * size)], [3, 9]), arms])
     yield scale * complete_response(body, block)
@@ -123,7 +124,8 @@ def _stress(a: FlexibleBody, b: FlexibleBody, points: list[str]) -> float:
 
 def _answers(body: FlexibleBody) -> Iterator[np.ndarray]:
     """Yield every elastic property, in the answers X (n, 6 n_if) to unit forces and moments on the interfaces."""
-    U, X = _motions(body), _static(body)
+    U = _motions(body)
+    X = _static(body)
     yield U @ X
     yield np.concatenate([body.S, body.H.reshape(9, -1)]) @ X
     yield (X.T * body.D) @ X

@@ -82,7 +82,8 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     if Q.shape != (3, 3) or np.abs(Q.T @ Q - np.eye(3)).max() > 1e-9 or np.linalg.det(Q) < 0:
         raise InputError("axes are not a rotation: give three orthogonal unit columns, right-handed")
     S, H, Kg_A, Kg_W = _shifted(body, c)
-    s0, E0 = body.s0 - body.m * c, body.E0 - np.outer(c, body.s0) - np.outer(body.s0, c) + body.m * np.outer(c, c)
+    s0 = body.s0 - body.m * c
+    E0 = body.E0 - np.outer(c, body.s0) - np.outer(body.s0, c) + body.m * np.outer(c, c)
     turned = {name: np.einsum("ia,i...->a...", Q, array) for name, array in {"s0": s0, "S": S, "Kg_A": Kg_A}.items()}
     for key, array in {"E0": E0, "H": H, "P": body.P, "Kg_W": Kg_W}.items():
         turned[key] = np.einsum("ia,jb,ij...->ab...", Q, Q, array, optimize=True)
@@ -91,7 +92,8 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     said = {"origin": name or f"origin at {c.tolist()} m of the former frame"} | (
         {} if axes is None else {"axes": "axes turned"}
     )
-    turned["interface_position"], turned["points"] = (body.interface_position - c) @ Q, (body.points - c) @ Q
+    turned["interface_position"] = (body.interface_position - c) @ Q
+    turned["points"] = (body.points - c) @ Q
     for key in ("stress", "recovery"):
         turned[key] = {name: at.in_frame(c, Q) for name, at in getattr(body, key).items()}
     return _relabelled(body.with_(**turned), said)
@@ -247,7 +249,8 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
     """Change to a frame that follows the deformation, and to the modes of that frame."""
     old = Moments(body.S, body.H, body.phi, body.psi)
     a = -follow(old)
-    t, B = a[:3], np.einsum("cad,cn->adn", SKEW, a[3:])
+    t = a[:3]
+    B = np.einsum("cad,cn->adn", SKEW, a[3:])
     S, H, phi, psi = first = Moments(*(x + y for x, y in zip(old, _rigid(body, a), strict=True)))
     P = body.P + np.einsum("ai,bj->abij", body.S, t) + np.einsum("adi,bdj->abij", body.H, B)
     P = P + np.einsum("ai,bj->abij", t, S) + np.einsum("adi,bdj->abij", B, H)
@@ -274,7 +277,8 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
 
 def _rigid(body: FlexibleBody, a: np.ndarray) -> Moments:
     """Moments of the rigid motions ``a (6, ...)``: translation, then rotation about the origin."""
-    t, B = a[:3], np.einsum("cad,c...->ad...", SKEW, a[3:])
+    t = a[:3]
+    B = np.einsum("cad,c...->ad...", SKEW, a[3:])
     H = np.einsum("a...,b->ab...", t, body.s0) + np.einsum("ad...,db->ab...", B, body.E0)
     S = body.m * t + np.einsum("ad...,d->a...", B, body.s0)
     phi = t + np.einsum("ad...,kd->ka...", B, body.interface_position)
@@ -315,7 +319,8 @@ def _twice(form: np.ndarray) -> np.ndarray:
 
 def _modes(K: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """M-orthonormal modes ``Y (n, n)`` of ``diag(K) (n,)`` and ``M (n, n)``, and ``w^2 (n,)``; mechanisms first."""
-    unit, loose = np.eye(len(K)), K == 0
+    unit = np.eye(len(K))
+    loose = K == 0
     rigid = unit[:, loose] @ np.linalg.inv(np.linalg.cholesky(M[np.ix_(loose, loose)])).T
     w2, Y = ritz(unit[:, ~loose], csr_array(np.diag(K)), csr_array((M + M.T) / 2), rigid)
     return Y, w2

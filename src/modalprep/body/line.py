@@ -33,7 +33,9 @@ def shortening(tau: float) -> tuple[float, float, float]:
     (0.995004, 0.995004)
     """
     c = 5 / 6
-    d, e, f = 1 - tau + c * tau**2, 2 * c * tau - 1, c**2 * tau**2 - 2 * c * tau + 1 - c
+    d = 1 - tau + c * tau**2
+    e = 2 * c * tau - 1
+    f = c**2 * tau**2 - 2 * c * tau + 1 - c
     return (1 - c * tau) / d, f / d**2, 2 * (c**2 * tau - c) / d**2 - 2 * f * e / d**3
 
 

@@ -136,7 +136,8 @@ def affine_part(body: FlexibleBody) -> AffinePart:
     >>> (part.place @ part.place.T).diagonal().round(3)  # E0
     array([4.0e+02, 6.0e-03, 2.4e-02])
     """
-    root, centre = np.sqrt(body.m), body.s0 / body.m
+    root = np.sqrt(body.m)
+    centre = body.s0 / body.m
     moments, axes = np.linalg.eigh(body.E0 - body.m * np.outer(centre, centre))
     thick = moments > FLAT * np.trace(body.E0)
     scale = np.sqrt(moments, where=thick, out=np.zeros(3))
@@ -208,8 +209,10 @@ def deflected(part: AffinePart, q: np.ndarray) -> Deflected:
     """
     eta, d_eta = rest_coordinates(part, q)
     bent, rest, aside = part.second @ q, part.rest @ eta, part.first @ q
-    t, (tau, strains) = 0.5 * bent @ q, mean_strain(part, q)
-    (g, g_slope, _), (h, h_slope, _) = shortening(tau), swing(tau)
+    t = 0.5 * bent @ q
+    tau, strains = mean_strain(part, q)
+    g, g_slope, _ = shortening(tau)
+    h, h_slope, _ = swing(tau)
     p = part.place + h * aside + g * t
     dp = h * part.first + g * bent + np.multiply.outer(h_slope * aside + g_slope * t, strains)
     E = p @ p.T + rest @ eta
@@ -230,11 +233,16 @@ def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray
     True
     """
     bent, turning = part.second @ q, part.second @ qd
-    t, rate, aside, drift = 0.5 * bent @ q, bent @ qd, part.first @ q, part.first @ qd
+    t = 0.5 * bent @ q
+    rate = bent @ qd
+    aside = part.first @ q
+    drift = part.first @ qd
     (tau, strains), (_, strain_rates) = mean_strain(part, q), mean_strain(part, qd)
     speed = strains @ qd
-    (g, g_slope, g_curve), (_, h_slope, h_curve) = shortening(tau), swing(tau)
-    along, curve = h_slope * aside + g_slope * t, speed * (h_curve * aside + g_curve * t)
+    g, g_slope, g_curve = shortening(tau)
+    _, h_slope, h_curve = swing(tau)
+    along = h_slope * aside + g_slope * t
+    curve = speed * (h_curve * aside + g_curve * t)
     change = np.multiply.outer(along, strain_rates) + np.multiply.outer(curve, strains)
     change += np.multiply.outer(h_slope * drift + g_slope * rate, strains)
     return change + g * turning + speed * (g_slope * bent + h_slope * part.first)
@@ -254,8 +262,10 @@ def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     >>> bool(0.997 < tip[1] < 0.999), bool(9.93 < tip[0] < 9.95)  # shorter by .6 u^2 / L
     (True, True)
     """
-    part, n = affine_part(body), len(body.points)
-    size, arm = np.sum(part.place[:, 1:] ** 2, axis=0), body.points - body.s0 / body.m
+    part = affine_part(body)
+    n = len(body.points)
+    size = np.sum(part.place[:, 1:] ** 2, axis=0)
+    arm = body.points - body.s0 / body.m
     linear = np.divide(arm @ part.place[:, 1:], size, out=np.zeros((n, 3)), where=size > 0)
     functions = np.column_stack([np.full(n, 1 / part.root_mass), linear])
     across = body.points - functions @ part.place.T  # of a flat body

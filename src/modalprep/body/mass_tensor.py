@@ -56,13 +56,16 @@ def nearest_mass_tensor(field: np.ndarray, affine: np.ndarray, modal_mass: np.nd
         size, V = np.linalg.eigh(X.transpose(0, 2, 1, 3).reshape(3 * n, 3 * n))
         return ((V * np.maximum(size, 0.0)) @ V.T).reshape(3, n, 3, n).transpose(0, 2, 1, 3)
 
-    X, correction = admissible(field - own), np.zeros_like(field)
+    X = admissible(field - own)
+    correction = np.zeros_like(field)
     for _ in range(NEAREST):
         Y = positive(X + correction)
-        correction, X = X + correction - Y, admissible(Y)
+        correction = X + correction - Y
+        X = admissible(Y)
     for _ in range(ROUNDS):
         Y = positive(X)
-        defect, step = np.sum((Y - X) ** 2), admissible(Y) - X
+        defect = np.sum((Y - X) ** 2)
+        step = admissible(Y) - X
         if defect <= (POSITIVE * np.linalg.norm(total)) ** 2:
             break
         X = admissible(X + defect / np.sum(step**2) * step)

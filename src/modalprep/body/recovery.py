@@ -56,7 +56,8 @@ class BodyMotion(NamedTuple):
         ----------
         Theory 4.9.
         """
-        w, nt = skew(self.omega), len(self.q)
+        w = skew(self.omega)
+        nt = len(self.q)
         W = skew(self.alpha) + w @ w
         loads = self.interface_loads.reshape(nt, 6 * self.interface_loads.shape[1])
         return np.hstack([self.A, W.reshape(nt, 9), loads])
@@ -299,7 +300,8 @@ class Recovery(Record):
             changed["position"] = (self.position - c) @ Q
         if self.loads is not None:
             p, m = self.loads.shape[:2]
-            A, W = self.loads[..., :3], self.loads[..., 3:DRIVES].reshape(p, m, 3, 3)
+            A = self.loads[..., :3]
+            W = self.loads[..., 3:DRIVES].reshape(p, m, 3, 3)
             W = Q.T @ (W - A[..., None] * c) @ Q
             forces = self.loads[..., DRIVES:].reshape(p, m, -1, 3) @ Q
             changed["loads"] = np.concatenate([A @ Q, W.reshape(p, m, 9), forces.reshape(p, m, -1)], axis=2)

@@ -24,7 +24,8 @@ def recovery_matrices(model: FEModel, reduction: Reduction, recovery: ModelRecov
     if not recovery.wanted:
         return {}
     strained = np.where(reduction.frequency > 0, reduction.basis, 0.0)
-    everything, found = None, {}
+    everything = None
+    found = {}
     for name, quantity in recovery.quantities.items():
         wanted = recovery.wanted[name]
         if wanted.method == "displacement" and quantity.kind != ACCELERATION:
@@ -42,9 +43,11 @@ def recovery_matrices(model: FEModel, reduction: Reduction, recovery: ModelRecov
 
 def _all_fields(reduction: Reduction, strained: np.ndarray) -> Fields:
     """Return the fields of unit coordinates, unit modal accelerations, and unit A, W and interface loads."""
-    dropped, n = dropped_modes(reduction), strained.shape[1]
+    dropped = dropped_modes(reduction)
+    n = strained.shape[1]
     u = np.hstack([strained, -dropped.to_inertia, dropped.to_loads])
-    a, drives = np.zeros_like(u), np.zeros((DRIVES, u.shape[1]))
+    a = np.zeros_like(u)
+    drives = np.zeros((DRIVES, u.shape[1]))
     a[:, n : 2 * n] = reduction.basis
     drives[:, 2 * n : 2 * n + DRIVES] = np.eye(DRIVES)
     return Fields(u, a, drives)

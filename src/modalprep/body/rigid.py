@@ -63,10 +63,26 @@ def rigid_body(
     moments = np.trace(E0) - np.diag(E0)
     none = ModeTable.empty(np.concatenate([np.full(3, mass), moments]))
     return FlexibleBody(
-        name=name, m=float(mass), s0=mass * c, E0=E0,
-        S=np.zeros((3, 0)), H=np.zeros((3, 3, 0)), P=np.zeros((3, 3, 0, 0)),
-        Kg_A=np.zeros((3, 0, 0)), Kg_W=np.zeros((3, 3, 0, 0)), Kg_F=np.zeros((k, 3, 0, 0)), Kg_T=np.zeros((k, 3, 0, 0)),
-        phi=np.zeros((k, 3, 0)), psi=np.zeros((k, 3, 0)), K=np.zeros(0), D=np.zeros(0), frequency=np.zeros(0),
-        interface_name=tuple(interfaces), interface_position=positions - positions[0],
-        points=positions - positions[0], cells={}, shape=np.zeros((k, 3, 0)), modes=none,
-    )  # fmt: skip
+        name=name,
+        m=float(mass),
+        s0=mass * c,
+        E0=E0,
+        S=np.zeros((3, 0)),
+        H=np.zeros((3, 3, 0)),
+        P=np.zeros((3, 3, 0, 0)),
+        Kg_A=np.zeros((3, 0, 0)),
+        Kg_W=np.zeros((3, 3, 0, 0)),
+        Kg_F=np.zeros((k, 3, 0, 0)),
+        Kg_T=np.zeros((k, 3, 0, 0)),
+        phi=np.zeros((k, 3, 0)),
+        psi=np.zeros((k, 3, 0)),
+        K=np.zeros(0),
+        D=np.zeros(0),
+        frequency=np.zeros(0),
+        interface_name=tuple(interfaces),
+        interface_position=positions - positions[0],
+        points=positions - positions[0],
+        cells={},
+        shape=np.zeros((k, 3, 0)),
+        modes=none,
+    )

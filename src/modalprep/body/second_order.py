@@ -72,7 +72,8 @@ def stiffness_and_growth(
     >>> Kg.shape, low.shape
     ((24, 2, 2), (2, 2, 2))
     """
-    Phi, some = reduction.basis, slice(0 if choice is False else LOWEST)
+    Phi = reduction.basis
+    some = slice(0 if choice is False else LOWEST)
     static = np.concatenate([reduction.static, reduction.inertial[:, some]], axis=1)
     loads = np.concatenate([reduction.loads, times(model.M, Phi[:, some])], axis=1)
     Kg, low = np.split(model.geometric_stiffness.project(static, loads, Phi), [reduction.loads.shape[1]])
@@ -104,7 +105,8 @@ def mass_share(body: FlexibleBody, T: np.ndarray) -> float:
     ``T (k, n, n)``; the affine part of that is included in every body (mass.py), so that only the rest counts. Fields
     of acceleration and of rotation are compared with the largest shift of their kind.
     """
-    part, m = affine_part(body), len(T)
+    part = affine_part(body)
+    m = len(T)
     load = np.concatenate([body.S, body.H.reshape(9, body.n)]).T
     q0 = np.divide(-load, body.K[:, None], out=np.zeros_like(load), where=body.K[:, None] > 0)
     rest = T - np.einsum("ari,arjk->ijk", part.first[..., :m], part.second)

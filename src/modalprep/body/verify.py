@@ -61,7 +61,8 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     refuse_other("check_projection: the model", FEModel, model)
     refuse_other("check_projection: the reduction", Reduction, reduction)
     refuse_other("check_projection: the body", FlexibleBody, body)
-    R, rng = model.rigid_body(), np.random.default_rng(0)
+    R = model.rigid_body()
+    rng = np.random.default_rng(0)
     MR = model.M @ R
     mass = relative(rigid_mass_matrix(body.m, body.s0, body.E0), R.T @ MR)
     coupling = np.vstack([body.S, cross_moment(body.H)])
@@ -70,22 +71,37 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     scale = np.sqrt(inertia)[:, None]  # Cauchy-Schwarz: no entry exceeds it
     return [
         Check("mass matrix of the model", mass, IDENTITY, "m, s0, E0 of the body = R^T M R of the mesh"),
-        Check("momentum of the modes", relative(coupling / scale, MR.T @ reduction.basis / scale, floor=1.0), IDENTITY,
-              "S and C of the body = R^T M Phi of the mesh"),
-        Check("kinetic energy", _energy_error(model, reduction.basis, body, rng), ENERGY,
-              "of a random motion, by M(q) of the body = by the mesh", required=model.M_ab.exact),
+        Check(
+            "momentum of the modes",
+            relative(coupling / scale, MR.T @ reduction.basis / scale, floor=1.0),
+            IDENTITY,
+            "S and C of the body = R^T M Phi of the mesh",
+        ),
+        Check(
+            "kinetic energy",
+            _energy_error(model, reduction.basis, body, rng),
+            ENERGY,
+            "of a random motion, by M(q) of the body = by the mesh",
+            required=model.M_ab.exact,
+        ),
         Check("static responses", _unbalanced(model, reduction), RIGID, "forces of the unit loads balance"),
-        Check("prestress", _prestress_error(model, reduction, body, rng), PRESTRESS,
-              "Kg of a random combination of loads, by the body = by the mesh"),
-    ]  # fmt: skip
+        Check(
+            "prestress",
+            _prestress_error(model, reduction, body, rng),
+            PRESTRESS,
+            "Kg of a random combination of loads, by the body = by the mesh",
+        ),
+    ]
 
 
 def _energy_error(model: FEModel, Phi: np.ndarray, body: FlexibleBody, rng: np.random.Generator) -> float:
     """Velocity ``v + w x (x + Phi q) + Phi q'`` of the mesh against the body's M(q), without second order."""
     size = np.ptp(model.points, axis=0).max()
-    w, q, qd = rng.standard_normal(3), *(size * np.sqrt(body.m / max(body.n, 1)) * rng.standard_normal((2, body.n)))
+    w = rng.standard_normal(3)
+    q, qd = size * np.sqrt(body.m / max(body.n, 1)) * rng.standard_normal((2, body.n))
     V = np.concatenate([size * rng.standard_normal(3), w])
-    u, y = Phi @ q, model.rigid_body() @ V + Phi @ qd
+    u = Phi @ q
+    y = model.rigid_body() @ V + Phi @ qd
     tensor = model.M_ab.project(np.stack([y, u], axis=1))
     spin = skew(w)
     energy = (
@@ -147,7 +163,8 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     if not (body.has_geometric_stiffness and hasattr(model.geometric_stiffness, "energy")):
         return []
     Kg = _unit_load_matrices(body)
-    c, z = _combination(model, Kg, np.random.default_rng(0)), np.random.default_rng(1).standard_normal(body.n)
+    c = _combination(model, Kg, np.random.default_rng(0))
+    z = np.random.default_rng(1).standard_normal(body.n)
     z /= np.sqrt(np.where(body.K > 0, body.K, np.inf))
     d, y = reduction.static @ c, reduction.basis @ z
     size = np.ptp(model.points, axis=0).max()
@@ -169,7 +186,8 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
 
 def _combination(model: FEModel, Kg: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return factors ``(k,)`` of random sign that weight all loads equally, those with the least Kg less."""
-    length, m = np.ptp(model.points, axis=0).max(), model.rigid.m
+    length = np.ptp(model.points, axis=0).max()
+    m = model.rigid.m
     unit = np.concatenate([[m] * 3, [m * length] * 9, np.tile(np.repeat([1.0, 1 / length], 3), len(Kg[12:]) // 6)])
     size = np.abs(Kg).max(axis=(1, 2), initial=0.0)
     floor = SMALL * unit * np.max(size / unit, initial=0.0)
@@ -221,15 +239,25 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
         push = -frame.position / distance
         load = np.zeros(model.n_dof)
         load[frame.dofs[:3]] = push
-        full, own = _buckling(model, clamped, load), _modal_buckling(body, np.tensordot(push, body.Kg_F[k], 1))
+        full = _buckling(model, clamped, load)
+        own = _modal_buckling(body, np.tensordot(push, body.Kg_F[k], 1))
         if full is None:
             continue
         found += [
-            Check(f"buckling bound {frame.name}", max(0.0, 1 - own / full), BOUND,
-                  f"the body does not buckle below the mesh when {frame.name!r} is pushed towards the root"),
-            Check(f"buckling load {frame.name}", own / full - 1, BUCKLING,
-                  f"{own:.4g} N on {frame.name!r}, of the mesh {full:.4g} N", required=False),
-        ]  # fmt: skip
+            Check(
+                f"buckling bound {frame.name}",
+                max(0.0, 1 - own / full),
+                BOUND,
+                f"the body does not buckle below the mesh when {frame.name!r} is pushed towards the root",
+            ),
+            Check(
+                f"buckling load {frame.name}",
+                own / full - 1,
+                BUCKLING,
+                f"{own:.4g} N on {frame.name!r}, of the mesh {full:.4g} N",
+                required=False,
+            ),
+        ]
     return found
 
 

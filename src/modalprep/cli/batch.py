@@ -125,8 +125,9 @@ def _scheduler(address: str | None, file: Path | None, cluster: str | None, jobs
     from modalprep.pipeline.batch.cluster import named_cluster
     from modalprep.workers.scheduler import Scheduler
 
-    given = [name for name, value in (("--scheduler", address), ("--scheduler-file", file), ("--cluster", cluster))
-             if value]  # fmt: skip
+    given = [
+        name for name, value in (("--scheduler", address), ("--scheduler-file", file), ("--cluster", cluster)) if value
+    ]
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} contradict each other; give one of them")
     if cluster:
@@ -140,7 +141,7 @@ def _scheduler(address: str | None, file: Path | None, cluster: str | None, jobs
 
 def _where(
     jobs: int | None, scheduler: Scheduler | None, seconds: float | None, memory: float | None, retries: int
-) -> Where:  # fmt: skip
+) -> Where:
     from modalprep.errors import InputError
     from modalprep.pipeline.batch.dispatch import Where
     from modalprep.workers.team import Limits

@@ -41,7 +41,8 @@ def modes(
     from modalprep.report.page import BodyPage, write_page
     from modalprep.report.tables import body_summary, mode_table
 
-    reporter, browser = Reporter(quiet=as_json), find_browser() if pdf else None
+    reporter = Reporter(quiet=as_json)
+    browser = find_browser() if pdf else None
     if file.suffix == ".toml":
         from modalprep.pipeline.batch.settings import with_settings
         from modalprep.pipeline.building.described import body_inputs
@@ -51,7 +52,8 @@ def modes(
         refuse_shared_folders(source, output)
         built = build_body(source, output_folder(file, output), reporter)
         body, checks, error = built.body, built.checks, built.error_curves
-        page, made = built.file.with_name(f"{built.file.stem}{MODES}"), body_inputs(source, built)
+        page = built.file.with_name(f"{built.file.stem}{MODES}")
+        made = body_inputs(source, built)
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
@@ -61,8 +63,10 @@ def modes(
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}{MODES}"
         refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
-        body, made = read_body(file), Inputs()
-        checks, error = check_body(body), {}
+        body = read_body(file)
+        made = Inputs()
+        checks = check_body(body)
+        error = {}
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in body.notes:
@@ -113,7 +117,8 @@ def render(
     if edges and (sheet or animate):
         raise InputError("--edges is for a picture of one mode; leave it out with --sheet and --animate")
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
-    own, target = {} if target else {Path(default): file}, target or Path(default)
+    own = {} if target else {Path(default): file}
+    target = target or Path(default)
     refuse_overwriting([target], [file])
     body = read_body(file)
     with claiming(own):
@@ -192,7 +197,8 @@ def export(
     reporter = Reporter(quiet=as_json)
     refuse_missing(file, "modal file")
     beside = file.with_suffix(known_export(to).suffix)
-    own, target = {} if target else {beside: file}, target or beside
+    own = {} if target else {beside: file}
+    target = target or beside
     refuse_overwriting([target], [file])
     body = read_body(file)
     with claiming(own):
@@ -261,7 +267,8 @@ def import_file(
     from modalprep.report.tables import body_summary
 
     reporter = Reporter(quiet=as_json)
-    own, target = {} if target else {file.with_suffix(".h5"): file}, target or file.with_suffix(".h5")
+    own = {} if target else {file.with_suffix(".h5"): file}
+    target = target or file.with_suffix(".h5")
     refuse_overwriting([target], [file, *([] if nodes is None else [nodes])])
     chosen = dict(map(_named_nodes, interface or ()))
     body = import_body(file, root=root, length_unit=length_unit, mass_unit=mass_unit, interfaces=chosen, nodes=nodes)

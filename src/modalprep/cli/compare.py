@@ -68,10 +68,12 @@ def compare(
     from modalprep.pipeline.console import Reporter
 
     picture = target or file.with_name(f"{file.stem}-against-{test.stem}.png")
-    files, reporter = [picture, picture.with_suffix(".csv"), picture.with_suffix(".html")], Reporter(quiet=as_json)
+    files = [picture, picture.with_suffix(".csv"), picture.with_suffix(".html")]
+    reporter = Reporter(quiet=as_json)
     refuse_overwriting([*files, *([film] if film else [])], [file, test])
     pair = _pair_of(film, pair)
-    (analysis, cells), (measured, test_cells) = _analysis(file, boundary, modes), _measured(test, boundary, length_unit)
+    analysis, cells = _analysis(file, boundary, modes)
+    measured, test_cells = _measured(test, boundary, length_unit)
     place = {"origin": _three(origin), "rotation": turned_axes(axes), "tolerance": tolerance}
     found = correlate(measured, analysis, **place, smallest_mac=smallest_mac)
     drawn = _drawn(found, analysis, cells, test_cells)

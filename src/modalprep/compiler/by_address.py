@@ -34,7 +34,9 @@ from modalprep.compiler.switch import FAST
 WORD = 8
 # of all arrays alike: the attributes of a recarray take ten times as long
 SHAPE, STRIDES = np.ndarray.shape.__get__, np.ndarray.strides.__get__
-DTYPE, NDIM, FLAGS = np.ndarray.dtype.__get__, np.ndarray.ndim.__get__, np.ndarray.flags.__get__
+DTYPE = np.ndarray.dtype.__get__
+NDIM = np.ndarray.ndim.__get__
+FLAGS = np.ndarray.flags.__get__
 ROWS, COLUMNS, ORDER = 0x0001, 0x0002, 0x0503  # flags of an array that make its type: order, aligned, writeable
 LINE = 64  # bytes, of the processor's cache
 Named = TypeVar("Named")
@@ -44,7 +46,9 @@ class AddressType(types.Type):
     """Type of a record: the types of its fields, and the first word of each."""
 
     def __init__(self, name: str, fields: dict[str, types.Type]) -> None:
-        self.fields, self.first, words = fields, {}, 0
+        self.fields = fields
+        self.first = {}
+        words = 0
         for field, kind in fields.items():
             self.first[field] = words
             words += _words(kind)
@@ -184,7 +188,9 @@ class Pattern(Generic[Made]):
     """
 
     def __init__(self, record: Made, given: Sequence[str] = ()) -> None:
-        self.kind, self.type, size = type(record), record._type, 0
+        self.kind = type(record)
+        self.type = record._type
+        size = 0
         self.places: dict[str, tuple] = {}
         fields = dict(zip(record._fields, record, strict=True))
         self.layouts = {name: layout(value) for name, value in fields.items()}
@@ -193,7 +199,8 @@ class Pattern(Generic[Made]):
         for name, array in own.items():
             self.places[name] = type(array), array.shape, array.dtype, size
             size += -(-array.nbytes // LINE) * LINE
-        self.block, arrays = np.zeros(size + LINE, dtype=np.uint8), {}
+        self.block = np.zeros(size + LINE, dtype=np.uint8)
+        arrays = {}
         for name, (kind, shape, dtype, first) in self.places.items():
             arrays[name] = np.ndarray.__new__(kind, shape, dtype, self.block, first)
             if np.ascontiguousarray(own[name]).reshape(-1).view(np.uint8).any():  # zeros not written take no memory
@@ -217,7 +224,8 @@ class Pattern(Generic[Made]):
         begin = -_data(memory) % LINE  # vectors of four numbers that lie in two lines are read and written slowly
         block = memory[begin : begin + len(self.block)]
         block[:] = self.block
-        words, first = self.words + _data(block) * self.moves, self.type.first
+        words = self.words + _data(block) * self.moves
+        first = self.type.first
         for name, value in others.items():
             if layout(value) != self.layouts[name]:
                 raise TypeError(f"{self.kind.__name__}.{name} has another layout than that of the pattern")
@@ -227,9 +235,14 @@ class Pattern(Generic[Made]):
                 numbers = _data(value), *SHAPE(value), *STRIDES(value)
                 words[first[name] : first[name] + len(numbers)] = numbers
         found.__dict__.update(
-            self.others, **others, _block=block, _places=self.places, _words=words, _address=_data(words),
+            self.others,
+            **others,
+            _block=block,
+            _places=self.places,
+            _words=words,
+            _address=_data(words),
             _type=self.type,
-        )  # fmt: skip
+        )
         return found
 
 
@@ -252,11 +265,19 @@ def by_address(cls: type[Named]) -> type[Named]:
     >>> rise(Line(2.0, np.array([1.0, 3.0])), 1)
     6.0
     """
-    return type(cls.__name__, (Addressed,), {
-        "__module__": cls.__module__, "__qualname__": cls.__qualname__, "__doc__": cls.__doc__,
-        "__annotations__": cls.__annotations__, "_named": cls, "_fields": cls._fields,
-        **{name: _Lazy(name) for name in cls._fields},
-    })  # fmt: skip
+    return type(
+        cls.__name__,
+        (Addressed,),
+        {
+            "__module__": cls.__module__,
+            "__qualname__": cls.__qualname__,
+            "__doc__": cls.__doc__,
+            "__annotations__": cls.__annotations__,
+            "_named": cls,
+            "_fields": cls._fields,
+            **{name: _Lazy(name) for name in cls._fields},
+        },
+    )
 
 
 @typeof_impl.register(Addressed)
@@ -305,7 +326,8 @@ def _read(context: Any, builder: Any, kind: AddressType, value: Any, name: str) 
 def _read_array(context: Any, builder: Any, kind: types.Array, value: Any, first: int) -> Any:
     array = context.make_array(kind)(context, builder)
     numbers = [_word(builder, value, first + k, ir.IntType(64)) for k in range(1, 1 + 2 * kind.ndim)]
-    shape, strides = numbers[: kind.ndim], numbers[kind.ndim :]
+    shape = numbers[: kind.ndim]
+    strides = numbers[kind.ndim :]
     size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
     if kind.layout == "C":
         strides[-1] = size

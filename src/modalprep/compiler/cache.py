@@ -89,7 +89,8 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
     def _read(self, path: str | Path, key: Any) -> Any:
         """Return the data of a file, None if there is none, of another version, or not as it was written."""
         with suppress(OSError, ImportError, AttributeError), open(path, "rb") as file:
-            digest, content = file.read(DIGEST), file.read()
+            digest = file.read(DIGEST)
+            content = file.read()
             if digest == self._digest(content):
                 saved, data = pickle.loads(content)
                 return data if saved == key else None

@@ -20,9 +20,12 @@ if FAST:
 # No flag that assumes finite numbers: a NaN must stay a NaN. Nobody takes kernels as C functions. Without
 # `forceinline` here a kernel takes it from the function for which it is compiled first.
 OPTIONS = {
-    "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True,
-    "no_cfunc_wrapper": True, "forceinline": False,
-}  # fmt: skip
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+    "error_model": "numpy",
+    "nogil": True,
+    "no_cfunc_wrapper": True,
+    "forceinline": False,
+}
 # Without reference counts (_nrt) a kernel cannot make arrays, nor assign one to a slice of another (algebra.copy does).
 ALLOCATING: dict[str, Any] = {}
 if FAST:

@@ -57,9 +57,11 @@ class KernelCompiler(Compiler):
     def _compile_copied(self) -> CompileResult:
         """Compile a function that only kernels call, which take a copy: no machine code is made of its own."""
         state = self.state
-        state.library, state.flags.no_compile = CopiedCode(state.targetctx.codegen(), state.func_id.func_qualname), True
+        state.library = CopiedCode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
         result = super()._compile_core()
-        module, name = result.fndesc.lookup_module(), state.func_id.func_name
+        module = result.fndesc.lookup_module()
+        name = state.func_id.func_name
         entry = _dynfunc.make_function(module, name, "", 0, result.environment, (result.library,))
         state.targetctx.insert_user_function(entry, result.fndesc, [result.library])
         return result._replace(entry_point=entry)
@@ -90,9 +92,11 @@ def _undisturbed() -> Iterator[None]:
     That is a search for cyclic garbage after every few hundred new objects, and numba's clocks of all calls of LLVM, of
     which there is one for each level of kernels that call each other.
     """
-    thresholds, lock = gc.get_threshold(), llvm.ffi.lib._lock
+    thresholds = gc.get_threshold()
+    lock = llvm.ffi.lib._lock
     gc.set_threshold(*COLLECTION)
-    clocks, lock._cblist = lock._cblist, []
+    clocks = lock._cblist
+    lock._cblist = []
     try:
         yield
     finally:

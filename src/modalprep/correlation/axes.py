@@ -28,7 +28,8 @@ def node_systems(path: Path, sets: list[dict[str, Any]], length: float) -> dict[
     found = {}
     for data in sets:
         for label, kind, matrix in zip(data["CS_sys_labels"], data["CS_types"], data["CS_matrices"], strict=True):
-            axes, origin = np.asarray(matrix, dtype=float)[:3], np.asarray(matrix, dtype=float)[3]
+            axes = np.asarray(matrix, dtype=float)[:3]
+            origin = np.asarray(matrix, dtype=float)[3]
             if np.abs(axes @ axes.T - np.eye(3)).max() > SQUARE or np.linalg.det(axes) < 0:
                 raise InputError(f"{path}: coordinate system {label} (dataset 2420) is no rotation; export it again")
             found[int(label)] = System(KINDS.get(int(kind), "S"), length * origin, axes)

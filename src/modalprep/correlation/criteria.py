@@ -65,7 +65,8 @@ def comac(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     array([1., 1.])
     """
     a, b = (x / np.sqrt(np.where(_square(x) > 0, _square(x), 1.0)) for x in (a, b))
-    above, below = np.abs(a * b).sum(axis=1) ** 2, (a**2).sum(axis=1) * (b**2).sum(axis=1)
+    above = np.abs(a * b).sum(axis=1) ** 2
+    below = (a**2).sum(axis=1) * (b**2).sum(axis=1)
     return np.where(below > 0, above / np.where(below > 0, below, 1.0), 1.0)
 
 

@@ -71,13 +71,19 @@ class Sensitivities(Record):
         """
         return [
             {
-                "mode": k + 1, "frequency_Hz": float(f), "parameter": p.name, "kind": p.kind, "of": p.of,
-                "value": float(p.value), "unit": p.unit, "percent_per_percent": float(self.relative[k, j]),
+                "mode": k + 1,
+                "frequency_Hz": float(f),
+                "parameter": p.name,
+                "kind": p.kind,
+                "of": p.of,
+                "value": float(p.value),
+                "unit": p.unit,
+                "percent_per_percent": float(self.relative[k, j]),
                 "Hz_per_unit": float(self.derivative[k, j]),
             }
             for k, f in enumerate(self.frequency)
             for j, p in enumerate(self.parameters)
-        ]  # fmt: skip
+        ]
 
     def _repr_html_(self) -> str:
         """Return the relative derivatives as an HTML table."""
@@ -160,10 +166,12 @@ def sensitivities(
         raise InputError("; ".join(notes))
     frequency = np.sqrt(w2) / (2 * np.pi)
     return Sensitivities(
-        frequency=frequency, parameters=tuple(kept), relative=np.stack(relative, axis=1),
+        frequency=frequency,
+        parameters=tuple(kept),
+        relative=np.stack(relative, axis=1),
         repeated=tuple(tuple(group.tolist()) for group in groups if len(group) > 1),
         notes=(*notes, *_said(frequency, groups, len(w2) < modes)),
-    )  # fmt: skip
+    )
 
 
 def _wanted(model: FEModel, kinds: Sequence[str], names: Mapping[str, Any]) -> list[ModelParameter]:

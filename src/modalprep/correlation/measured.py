@@ -15,7 +15,9 @@ from modalprep.suggest import refuse_missing
 
 NODES = (15, 2411)
 SHAPES, TRACES, SYSTEMS, UNITS = 55, 82, 2420, 164
-NORMAL, COMPLEX = 2, (3, 7)  # analysis types of dataset 55
+# analysis types of dataset 55
+NORMAL = 2
+COMPLEX = (3, 7)
 RESPONSES = ("r1", "r2", "r3")
 
 
@@ -87,17 +89,23 @@ def _modes(path: Path, sets: list, nodes: dict, shapes: list[dict], length: floa
         columns.append(_column(path, shape, row))
         poles.append(_pole(shape))
     frequency, damping = np.array(poles, dtype=float).T
-    table, order = np.stack(columns, axis=2), np.argsort(frequency, kind="stable")
+    table = np.stack(columns, axis=2)
+    order = np.argsort(frequency, kind="stable")
     table[~np.nan_to_num(table).any(axis=2)] = np.nan
     known = ~np.isnan(table).all(axis=(1, 2))
     if not known.any():
         raise InputError(f"{path}: all mode shapes are zero")
     keep = {label: k for k, label in enumerate(labels[known].tolist())}
     return ModeSet(
-        name=path.stem, points=points[known], shape=table[known][:, :, order], frequency=frequency[order],
-        damping=damping[order], labels=labels[known], lines=_lines(sets, keep),
+        name=path.stem,
+        points=points[known],
+        shape=table[known][:, :, order],
+        frequency=frequency[order],
+        damping=damping[order],
+        labels=labels[known],
+        lines=_lines(sets, keep),
         axes=None if axes is None else axes[known],
-    )  # fmt: skip
+    )
 
 
 def _column(path: Path, shape: dict, row: dict[int, int]) -> np.ndarray:

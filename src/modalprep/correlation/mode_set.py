@@ -154,6 +154,12 @@ def body_modes(body: FlexibleBody, boundary: Literal["clamped", "free"] = "clamp
     omega = np.sqrt(moving.K)
     damping = np.divide(moving.D, 2 * omega, out=np.full(moving.n, np.nan), where=omega > 0)
     return ModeSet(
-        name=body.name, points=body.points, shape=moving.shape, frequency=moving.frequency, damping=damping,
-        labels=np.arange(1, len(body.points) + 1), lines=np.zeros((0, 2), dtype=int), unit_mass=moving.normalised,
-    )  # fmt: skip
+        name=body.name,
+        points=body.points,
+        shape=moving.shape,
+        frequency=moving.frequency,
+        damping=damping,
+        labels=np.arange(1, len(body.points) + 1),
+        lines=np.zeros((0, 2), dtype=int),
+        unit_mass=moving.normalised,
+    )

@@ -64,7 +64,8 @@ class Correlation(Record):
     @property
     def frequency_difference(self) -> np.ndarray:
         """Relative difference (k,) of the analysis from the test, for each pair; NaN for rigid-body modes."""
-        a, b = self.test.frequency[self.pairs[:, 0]], self.analysis.frequency[self.pairs[:, 1]]
+        a = self.test.frequency[self.pairs[:, 0]]
+        b = self.analysis.frequency[self.pairs[:, 1]]
         return np.divide(b - a, a, out=np.full(len(a), np.nan), where=a > 0)
 
     @property
@@ -171,9 +172,16 @@ def correlate(
     if len(pairs):
         by_component[known] = comac(a[:, pairs[:, 0]], b[:, pairs[:, 1]])
     return Correlation(
-        test=test, analysis=analysis, node=node, distance=distance, mac=table, pairs=pairs,
-        cross_orthogonality=cross, comac=by_component, notes=tuple(notes),
-    )  # fmt: skip
+        test=test,
+        analysis=analysis,
+        node=node,
+        distance=distance,
+        mac=table,
+        pairs=pairs,
+        cross_orthogonality=cross,
+        comac=by_component,
+        notes=tuple(notes),
+    )
 
 
 def _paired(table: np.ndarray, smallest: float) -> np.ndarray:

@@ -25,7 +25,8 @@ def in_frame(test: ModeSet, origin: Sequence[float], rotation: np.ndarray | None
     InputError
         When the origin is no point, or the axes are no rotation.
     """
-    at, R = np.asarray(origin, dtype=float), np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+    at = np.asarray(origin, dtype=float)
+    R = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
     if at.shape != (3,) or not np.isfinite(at).all():
         raise InputError(f"origin has shape {at.shape}; give three finite coordinates in m")
     if R.shape != (3, 3) or np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:

@@ -56,7 +56,8 @@ def choose_sensors(modes: ModeSet, count: int, candidates: np.ndarray | None = N
     while len(left) > count:
         worth = (A**2).sum(axis=1)
         worst = int(np.argmin(worth))
-        left, A = np.delete(left, worst), _without(A, worst)
+        left = np.delete(left, worst)
+        A = _without(A, worst)
     chosen = np.zeros(modes.measured.shape, dtype=bool)
     at = np.argwhere(allowed)[left]
     chosen[at[:, 0], at[:, 1]] = True
@@ -158,6 +159,11 @@ def synthetic_test(
     shape = shape / np.where(largest > 0, largest, 1.0) + noise * random.standard_normal(shape.shape)
     frequency = modes.frequency * (1 + frequency_error * random.standard_normal(modes.n))
     return modes.with_(
-        name=f"test of {modes.name}", points=modes.points[points], labels=modes.labels[points], shape=shape,
-        frequency=frequency, lines=np.zeros((0, 2), dtype=int), unit_mass=False,
-    )  # fmt: skip
+        name=f"test of {modes.name}",
+        points=modes.points[points],
+        labels=modes.labels[points],
+        shape=shape,
+        frequency=frequency,
+        lines=np.zeros((0, 2), dtype=int),
+        unit_mass=False,
+    )

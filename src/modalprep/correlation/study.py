@@ -65,15 +65,25 @@ class Study(Record):
             "uncertain" is ``low MAC`` where the MAC with the neighbour is below 0.6, ``path-dependent`` where the
             number depends on the way through the study, else empty.
         """
-        found, torn = [], self._torn()
+        found = []
+        torn = self._torn()
         for place in sorted(self.modes):
-            modes, number, sure = self.modes[place], self.tracks.number[place], self.tracks.certainty[place]
+            modes = self.modes[place]
+            number = self.tracks.number[place]
+            sure = self.tracks.certainty[place]
             for k in range(modes.n):
                 why = LOW_MAC if sure[k] < UNSURE else PATH_DEPENDENT if (place, int(number[k])) in torn else ""
-                found.append(self.values(place) | {
-                    "mode": int(number[k]) + 1, "place": k + 1, "frequency_Hz": float(modes.frequency[k]),
-                    "damping_percent": 100 * float(modes.damping[k]), "mac": float(sure[k]), "uncertain": why,
-                })  # fmt: skip
+                found.append(
+                    self.values(place)
+                    | {
+                        "mode": int(number[k]) + 1,
+                        "place": k + 1,
+                        "frequency_Hz": float(modes.frequency[k]),
+                        "damping_percent": 100 * float(modes.damping[k]),
+                        "mac": float(sure[k]),
+                        "uncertain": why,
+                    }
+                )
         return found
 
     def _torn(self) -> set[tuple[Indices, int]]:
@@ -121,11 +131,18 @@ class Study(Record):
         for mode in range(1, self.tracks.count + 1):
             own = [row for row in rows if row["mode"] == mode]
             frequency, place = ([row[key] for row in own] for key in ("frequency_Hz", "place"))
-            found.append({
-                "mode": mode, "cases": len(own), "lowest_Hz": min(frequency), "highest_Hz": max(frequency),
-                "first_place": min(place), "last_place": max(place), "mac": min(row["mac"] for row in own),
-                "uncertain": sum(bool(row["uncertain"]) for row in own),
-            })  # fmt: skip
+            found.append(
+                {
+                    "mode": mode,
+                    "cases": len(own),
+                    "lowest_Hz": min(frequency),
+                    "highest_Hz": max(frequency),
+                    "first_place": min(place),
+                    "last_place": max(place),
+                    "mac": min(row["mac"] for row in own),
+                    "uncertain": sum(bool(row["uncertain"]) for row in own),
+                }
+            )
         return found
 
     def __repr__(self) -> str:

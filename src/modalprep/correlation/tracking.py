@@ -102,7 +102,8 @@ def track_modes(grid: Mapping[Indices, ModeSet]) -> Tracks:
     alike = {(p, q): _alike(grid[p], grid[q]) for p in grid for q in _after(p, grid)}
     alike |= {(q, p): table.T for (p, q), table in alike.items()}
     first = min(grid)
-    number, certainty = {first: np.arange(grid[first].n)}, {first: np.ones(grid[first].n)}
+    number = {first: np.arange(grid[first].n)}
+    certainty = {first: np.ones(grid[first].n)}
     while len(number) < len(grid):
         waiting = [link for link in alike if link[0] in number and link[1] not in number]
         if not waiting:
@@ -133,7 +134,9 @@ def _after(place: Indices, grid: Mapping[Indices, ModeSet]) -> list[Indices]:
 
 def _alike(a: ModeSet, b: ModeSet) -> np.ndarray:
     known = a.measured & b.measured
-    table, blind_a, blind_b = mac(a.shape[known], b.shape[known]), unseen(a), unseen(b)
+    table = mac(a.shape[known], b.shape[known])
+    blind_a = unseen(a)
+    blind_b = unseen(b)
     table[blind_a], table[:, blind_b] = 0.0, 0.0
     rows, columns = np.flatnonzero(blind_a), np.flatnonzero(blind_b)
     both = min(len(rows), len(columns))
@@ -161,10 +164,12 @@ def _numbered(
     for place, own in known.items():
         rows = number[place]
         table[rows] = np.maximum(table[rows], own)
-    found, certainty = np.full(n, -1), np.ones(n)
+    found = np.full(n, -1)
+    certainty = np.ones(n)
     for i, j in zip(*linear_sum_assignment(-table), strict=True):
         if table[i, j] >= LOST:
-            found[j], certainty[j] = i, table[i, j]
+            found[j] = i
+            certainty[j] = table[i, j]
     new = found < 0
     found[new] = count + np.arange(new.sum())
     return found, certainty

@@ -66,16 +66,24 @@ def write_test_modes(test: ModeSet, path: str | Path) -> Path:
 def _places(test: ModeSet) -> list[dict[str, Any]]:
     """Return the coordinate systems of the components, and the nodes."""
     zero = np.zeros(len(test.points), dtype=int)
-    number, systems = zero, []
+    number = zero
+    systems = []
     if test.axes is not None:
         different, which = np.unique(test.axes.round(12).reshape(-1, 9), axis=0, return_inverse=True)
         number = FIRST_SYSTEM + which.ravel()
         labels = [FIRST_SYSTEM + k for k in range(len(different))]
-        systems = [{
-            "type": 2420, "Part_UID": 1, "Part_Name": "sensors", "CS_sys_labels": labels,
-            "CS_types": [0] * len(labels), "CS_colors": [8] * len(labels), "CS_names": [f"axes {k}" for k in labels],
-            "CS_matrices": [np.vstack([row.reshape(3, 3), np.zeros(3)]) for row in different],
-        }]  # fmt: skip
+        systems = [
+            {
+                "type": 2420,
+                "Part_UID": 1,
+                "Part_Name": "sensors",
+                "CS_sys_labels": labels,
+                "CS_types": [0] * len(labels),
+                "CS_colors": [8] * len(labels),
+                "CS_names": [f"axes {k}" for k in labels],
+                "CS_matrices": [np.vstack([row.reshape(3, 3), np.zeros(3)]) for row in different],
+            }
+        ]
     x, y, z = test.points.T
     nodes = {"type": 15, "node_nums": test.labels, "def_cs": zero, "disp_cs": number, "color": zero + 1}
     return [*systems, nodes | {"x": x, "y": y, "z": z}]
@@ -89,11 +97,29 @@ def _traces(test: ModeSet) -> list[dict[str, Any]]:
 
 
 def _mode(test: ModeSet, k: int) -> dict[str, Any]:
-    shape, damping = np.nan_to_num(test.shape[:, :, k]), float(np.nan_to_num(test.damping[k]))
+    shape = np.nan_to_num(test.shape[:, :, k])
+    damping = float(np.nan_to_num(test.damping[k]))
     return {
-        "type": 55, "id1": test.name[:80], "id2": "modes of a test", "id3": "NONE", "id4": f"mode {k + 1}",
-        "id5": "NONE", "model_type": 1, "analysis_type": 2, "data_ch": TRANSLATIONS, "spec_data_type": DISPLACEMENT,
-        "data_type": REAL, "n_data_per_node": 3, "load_case": 1, "mode_n": k + 1, "freq": float(test.frequency[k]),
-        "modal_m": 0.0, "modal_damp_vis": damping, "modal_damp_his": 0.0, "node_nums": test.labels,
-        "r1": shape[:, 0], "r2": shape[:, 1], "r3": shape[:, 2],
-    }  # fmt: skip
+        "type": 55,
+        "id1": test.name[:80],
+        "id2": "modes of a test",
+        "id3": "NONE",
+        "id4": f"mode {k + 1}",
+        "id5": "NONE",
+        "model_type": 1,
+        "analysis_type": 2,
+        "data_ch": TRANSLATIONS,
+        "spec_data_type": DISPLACEMENT,
+        "data_type": REAL,
+        "n_data_per_node": 3,
+        "load_case": 1,
+        "mode_n": k + 1,
+        "freq": float(test.frequency[k]),
+        "modal_m": 0.0,
+        "modal_damp_vis": damping,
+        "modal_damp_his": 0.0,
+        "node_nums": test.labels,
+        "r1": shape[:, 0],
+        "r2": shape[:, 1],
+        "r3": shape[:, 2],
+    }

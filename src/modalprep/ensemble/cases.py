@@ -27,7 +27,8 @@ class Distribution(NamedTuple):
 
 def _triangular(p: np.ndarray, lower: float, mode: float, upper: float) -> np.ndarray:
     whole, left = upper - lower, mode - lower
-    rising, falling = np.sqrt(p * whole * left), np.sqrt((1 - p) * whole * (upper - mode))
+    rising = np.sqrt(p * whole * left)
+    falling = np.sqrt((1 - p) * whole * (upper - mode))
     return np.where(p * whole < left, lower + rising, upper - falling)
 
 
@@ -39,10 +40,8 @@ DISTRIBUTIONS = {
         lambda m, s: not (m > 0 and s >= 0),
         lambda p, m, s: m * np.exp(s * ndtri(p)),
     ),
-    "triangular": Distribution(
-        ("lower", "mode", "upper"), lambda a, c, b: not (a <= c <= b and a < b), _triangular
-    ),
-}  # fmt: skip
+    "triangular": Distribution(("lower", "mode", "upper"), lambda a, c, b: not (a <= c <= b and a < b), _triangular),
+}
 
 
 def draw_cases(

@@ -24,7 +24,8 @@ class Collected:
 
     def __init__(self, task: CaseTask) -> None:
         count, times = len(task.values), len(task.times)
-        self._task, self.status = task, [WAITING] * count
+        self._task = task
+        self.status = [WAITING] * count
         self.message, self.audit = [""] * count, [""] * count
         numbers = count * times * sum(int(np.prod(shape)) for shape in task.shapes.values())
         try:
@@ -51,7 +52,8 @@ class Collected:
         case = ended.case
         self.status[case], self.message[case] = ended.status, ended.message
         self._end[case], self.audit[case] = ended.end, ended.audit
-        self._energy_error[case], self._momentum_error[case] = ended.energy_error, ended.momentum_error
+        self._energy_error[case] = ended.energy_error
+        self._momentum_error[case] = ended.momentum_error
         for found, given in ((self._events, ended.events), (self._channels, ended.channels)):
             for name, values in given.items():
                 found[name][case] = values
@@ -62,17 +64,34 @@ class Collected:
             return
         for case in range(len(before)):
             if before.status[case] in (DONE, DIVERGED):
-                tables = ({name: values[case] for name, values in table.items()}
-                          for table in (before.events, before.channels))  # fmt: skip
-                self.take(Ended(case, before.status[case], before.message[case], 0.0, before.end[case],
-                                before.energy_error[case], before.momentum_error[case], before.audit[case],
-                                *tables))  # fmt: skip
+                tables = (
+                    {name: values[case] for name, values in table.items()} for table in (before.events, before.channels)
+                )
+                self.take(
+                    Ended(
+                        case,
+                        before.status[case],
+                        before.message[case],
+                        0.0,
+                        before.end[case],
+                        before.energy_error[case],
+                        before.momentum_error[case],
+                        before.audit[case],
+                        *tables,
+                    )
+                )
 
     def record(self) -> Ensemble:
         """Return the ensemble as it is now."""
         return Ensemble(
-            cases=self._task.cases, time=self._task.times, channels=self._channels, status=tuple(self.status),
-            message=tuple(self.message), audit=tuple(self.audit), end=self._end.copy(),
-            energy_error=self._energy_error.copy(), momentum_error=self._momentum_error.copy(),
+            cases=self._task.cases,
+            time=self._task.times,
+            channels=self._channels,
+            status=tuple(self.status),
+            message=tuple(self.message),
+            audit=tuple(self.audit),
+            end=self._end.copy(),
+            energy_error=self._energy_error.copy(),
+            momentum_error=self._momentum_error.copy(),
             events={name: values.copy() for name, values in self._events.items()},
-        )  # fmt: skip
+        )

@@ -16,8 +16,10 @@ from modalprep.suggest import refuse_other
 FORMAT = "modalprep ensemble"
 IDENTITY = "identity_"  # begin of the attributes that tell whose results the file holds
 OTHER = {  # what an identity is of, and what is said when it differs
-    "system": "another system", "cases": "other cases", "run": "other times, tolerances, events or channels",
-}  # fmt: skip
+    "system": "another system",
+    "cases": "other cases",
+    "run": "other times, tolerances, events or channels",
+}
 TABLES = ("cases", "channels", "events")
 EVERY, SHARE = 10.0, 20.0  # s between two writings, and times what one takes
 ADVICE = "give another file, or remove it"

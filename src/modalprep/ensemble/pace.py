@@ -17,7 +17,10 @@ class Pace:
     """
 
     def __init__(self, before: int, count: int) -> None:
-        self.before, self.count, self.begun, self.next = before, count, perf_counter(), FIRST
+        self.before = before
+        self.count = count
+        self.begun = perf_counter()
+        self.next = FIRST
 
     def look(self, finished: int) -> None:
         """Write a line when it is time for one."""

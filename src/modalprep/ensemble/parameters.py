@@ -161,7 +161,9 @@ def _functions(record: Any) -> list[str]:
 
 def _changed(record: Any, changes: list[tuple[Place, float]]) -> Any:
     """Return a record with other numbers."""
-    own, elements, turn = {}, {}, np.zeros(3)
+    own = {}
+    elements = {}
+    turn = np.zeros(3)
     for place, value in changes:
         if place.field == ROTATION:
             turn[place.component] = value

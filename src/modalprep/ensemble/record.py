@@ -166,8 +166,11 @@ class Ensemble(Record):
             known = np.isfinite(values)
             some = known.any(axis=1)
             last = values.shape[1] - 1 - np.argmax(known[:, ::-1], axis=1)
-            each = (values[np.arange(len(values)), last], np.where(known, values, np.inf).min(axis=1, initial=np.inf),
-                    np.where(known, values, -np.inf).max(axis=1, initial=-np.inf))  # fmt: skip
+            each = (
+                values[np.arange(len(values)), last],
+                np.where(known, values, np.inf).min(axis=1, initial=np.inf),
+                np.where(known, values, -np.inf).max(axis=1, initial=-np.inf),
+            )
             found |= {(name, kind): np.where(some, x, np.nan) for kind, x in zip(OUTCOMES, each, strict=True)}
         return found
 
@@ -181,7 +184,8 @@ class Ensemble(Record):
         list of tuple
             Numbers in the unit of the channel, of the cases that have them; the deviation is that of a sample.
         """
-        levels, rows = _levels(levels), []
+        levels = _levels(levels)
+        rows = []
         for (name, kind), values in self.outcomes(channels).items():
             known = values[np.isfinite(values)]
             mean = known.mean() if len(known) else np.nan

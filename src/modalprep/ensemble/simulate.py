@@ -108,9 +108,15 @@ def simulate_many(
     (array([0. , 0.1, 0.2]), ('done', 'done', 'done'))
     """
     options = {
-        "t_end": t_end, "output_step": output_step, "rtol": rtol, "atol": atol, "method": method,
-        "max_step": max_step, "shortest_event": shortest_event, "events": tuple(events),
-    }  # fmt: skip
+        "t_end": t_end,
+        "output_step": output_step,
+        "rtol": rtol,
+        "atol": atol,
+        "method": method,
+        "max_step": max_step,
+        "shortest_event": shortest_event,
+        "events": tuple(events),
+    }
     task = plan(system, cases, channels, options)
     keeper = Keeper(None if file is None else Path(file), identity(task))
     collected = Collected(task)
@@ -156,9 +162,15 @@ def identity(task: CaseTask) -> dict[str, str]:
 
 
 def run_cases(
-    task: CaseTask, collected: Collected, keeper: Keeper, *, workers: int | None = None, pool: str = "threads",
-    scheduler: str | None = None, progress: Callable[[int], None] | None = None,
-) -> Ensemble:  # fmt: skip
+    task: CaseTask,
+    collected: Collected,
+    keeper: Keeper,
+    *,
+    workers: int | None = None,
+    pool: str = "threads",
+    scheduler: str | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Ensemble:
     """Run the cases that are waiting, and return all; also an interrupted call leaves the finished ones in the file.
 
     Raises
@@ -199,7 +211,11 @@ def _dispatch(
     task: CaseTask, collected: Collected, keeper: Keeper, team: Team, progress: Callable[[int], None] | None
 ) -> None:
     """Give blocks of cases to the workers until all have ended."""
-    waiting, alone, running, seconds, count = deque(collected.waiting), [], 0, 0.0, 0
+    waiting = deque(collected.waiting)
+    alone = []
+    running = 0
+    seconds = 0.0
+    count = 0
     pace = Pace(collected.finished, len(task.values))
     while waiting or alone or running:
         while (waiting or alone) and team.free > 0 and running < 2 * team.size:

@@ -62,11 +62,18 @@ class CaseTask:
     own_process = False
 
     def __init__(
-        self, parameters: Parameters, cases: Mapping[str, np.ndarray], shapes: Mapping[str, tuple[int, ...]],
-        times: np.ndarray, options: Mapping[str, Any],
-    ) -> None:  # fmt: skip
-        self.parameters, self.cases, self.shapes = parameters, dict(cases), dict(shapes)
-        self.times, self.options = times, dict(options)
+        self,
+        parameters: Parameters,
+        cases: Mapping[str, np.ndarray],
+        shapes: Mapping[str, tuple[int, ...]],
+        times: np.ndarray,
+        options: Mapping[str, Any],
+    ) -> None:
+        self.parameters = parameters
+        self.cases = dict(cases)
+        self.shapes = dict(shapes)
+        self.times = times
+        self.options = dict(options)
         self.values = np.column_stack(list(cases.values()))
         self._mass = sum(body.m for body in parameters.system.bodies.values())
 

@@ -70,7 +70,8 @@ def from_centrifugal(spin: np.ndarray) -> np.ndarray:
     >>> centrifugal(from_centrifugal(np.array([-6.0, -5, -3, 2, 4, 8])))
     array([-6., -5., -3.,  2.,  4.,  8.])
     """
-    X, trace = np.zeros((3, 3, *spin.shape[1:])), -spin[:3].sum(axis=0) / 2
+    X = np.zeros((3, 3, *spin.shape[1:]))
+    trace = -spin[:3].sum(axis=0) / 2
     for value, (a, b) in zip(spin, SPIN_PRODUCTS, strict=True):
         X[a, b] = X[b, a] = value + trace if a == b else value / 2
     return X

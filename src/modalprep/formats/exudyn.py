@@ -134,7 +134,8 @@ def inertia_blocks(body: FlexibleBody) -> dict[str, np.ndarray]:
     >>> inertia_blocks(uniform_beam(modes=2))["chiU"]
     array([5., 0., 0.])
     """
-    n, centre = body.n, body.s0 / body.m
+    n = body.n
+    centre = body.s0 / body.m
     return {
         "Mtt": body.m * np.eye(3),
         "totalMass": np.array(body.m),

@@ -21,7 +21,8 @@ from modalprep.suggest import refuse_missing
 PACKED = 2000  # largest compression ratio of deflate, the only filter of these files
 # A file may unpack to so many times its size, or to so many bytes if it is small. Bodies without geometric stiffness,
 # whose arrays of zeros pack best, reach 65 times with 200 modes and 200 interfaces.
-PACKING, SMALL = 100, 2**26
+PACKING = 100
+SMALL = 2**26
 COPY = 9  # bytes for each number that is read: the number as float64, and whether it is finite
 CHECKSUM = "checksum"  # attribute of the file
 NOT_SUMMED = (CHECKSUM, "created")  # equal bodies have equal sums
@@ -205,7 +206,9 @@ def _refuse_repeated_texts(data: h5py.Dataset, name: str, size: int) -> None:
         return
     if data.ndim != 1:
         raise InputError(f"{name} is not a list of texts")
-    total, block = 0, max(1, SMALL // size)  # rows whose texts fit into memory, were each as long as the file
+    # rows whose texts fit into memory, were each as long as the file
+    total = 0
+    block = max(1, SMALL // size)
     for row in range(0, len(data), block):
         total += sum(map(_length, data[row : row + block]))
         if total > size:

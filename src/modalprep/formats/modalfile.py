@@ -226,8 +226,10 @@ def _read(file: h5py.File) -> FlexibleBody:
     names = tuple(file["interface_name"].asstr()[()])
     if len(set(names)) != len(names):
         raise InputError("two interfaces have one name")
-    rows, said = file["modes"][()], file["modes"].attrs
-    total, held = np.asarray(said["total"], dtype=float), said.get("held")
+    rows = file["modes"][()]
+    said = file["modes"].attrs
+    total = np.asarray(said["total"], dtype=float)
+    held = said.get("held")
     for name, six in (("total", total), ("held mass", total if held is None else held)):
         if np.shape(six) != (6,) or not np.all(np.isfinite(six)):
             raise InputError(f"the {name} of the modes table is not six numbers")
@@ -283,7 +285,8 @@ def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.n
 
 def _stress(file: h5py.File, name: str, n: int) -> StressModes:
     """Read the stress at a point."""
-    place, said = f"stress/{name}", file[f"stress/{name}"].attrs
+    place = f"stress/{name}"
+    said = file[f"stress/{name}"].attrs
     components = tuple(str(x) for x in said["components"])
     if not components or set(components) - set(COMPONENTS) or len(set(components)) < len(components):
         raise InputError(f"{place} has components {', '.join(components)[:80]}, known are {', '.join(COMPONENTS)}")
@@ -298,7 +301,8 @@ def _stress(file: h5py.File, name: str, n: int) -> StressModes:
 
 def _recovery(file: h5py.File, name: str, n: int, k: int, points: int) -> Recovery:
     """Read a block of recovery matrices."""
-    group, said = file[name], file[name].attrs
+    group = file[name]
+    said = file[name].attrs
     places, components, units = (tuple(group[key].asstr()[()]) for key in ("places", "components", "units"))
     p, c = len(places), len(components)
     shapes = {"q": (p, c, n), "qdd": (p, c, n), "loads": (p, c, DRIVES + 6 * k), "axes": (3, 3)}

@@ -136,7 +136,8 @@ def _interface_coordinates(body: FlexibleBody, Phi: np.ndarray) -> tuple[np.ndar
         return np.zeros((body.n, 0)), np.eye(body.n), body.K
     N = null_space(Phi, rcond=INDEPENDENT * 1e-3)
     w2, V = np.linalg.eigh(N.T @ (body.K[:, None] * N))
-    Z, w2 = N @ V, np.maximum(w2, 0.0)
+    Z = N @ V
+    w2 = np.maximum(w2, 0.0)
     flexibility = np.divide(1.0, w2, out=np.zeros_like(w2), where=w2 > HELD * body.K.max())
     G = np.linalg.pinv(Phi)
     return G - Z @ (flexibility[:, None] * (Z.T @ (body.K[:, None] * G))), Z, w2
@@ -175,7 +176,8 @@ def write_output4(body: FlexibleBody, path: str | Path) -> Path:
     >>> file.read_bytes()[20:28]
     b'KAAX    '
     """
-    path, whole = Path(path), superelement(body)
+    path = Path(path)
+    whole = superelement(body)
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         for name, matrix in _matrices(whole).items():
             file.writelines(_output4(name, matrix, SYMMETRIC))
@@ -238,7 +240,8 @@ def write_dmig(body: FlexibleBody, path: str | Path, *, first_grid: int = 1, fir
     >>> [line for line in file.read_text().splitlines() if line.startswith("SPOINT")]
     ['SPOINT       101    THRU     102']
     """
-    path, whole = Path(path), superelement(body)
+    path = Path(path)
+    whole = superelement(body)
     grids = first_grid + np.arange(len(whole.physical))
     spoints = first_spoint + np.arange(len(whole.frequency))
     _check_numbers(grids, spoints)

@@ -65,9 +65,13 @@ def refuse_other_modal_mass(body: FlexibleBody) -> None:
 
 def _interface(body: FlexibleBody, k: int) -> Node:
     return Node(
-        name=body.interface_name[k], position=body.interface_position[k],
-        phi=body.phi[k], psi=body.psi[k], Kg_F=body.Kg_F[k], Kg_T=body.Kg_T[k],
-    )  # fmt: skip
+        name=body.interface_name[k],
+        position=body.interface_position[k],
+        phi=body.phi[k],
+        psi=body.psi[k],
+        Kg_F=body.Kg_F[k],
+        Kg_T=body.Kg_T[k],
+    )
 
 
 def _point(body: FlexibleBody, p: int) -> Node:

@@ -113,6 +113,7 @@ def read_response(path: str | Path) -> Response:
 def _peaks(group: h5py.Group) -> tuple[Peak, ...]:
     words = [group[part].asstr()[()] for part in PARTS]
     own = {name: group[name][()] for name in group if name not in (*PARTS, "channel")}
-    largest, margin = own.pop("largest").tolist(), own.pop("margin").tolist()
+    largest = own.pop("largest").tolist()
+    margin = own.pop("margin").tolist()
     figures = [dict(zip(own, map(float, row), strict=True)) for row in zip(*own.values(), strict=True)]
     return tuple(map(Peak, *words, largest, figures or [{}] * len(largest), margin))

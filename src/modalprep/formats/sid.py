@@ -155,7 +155,8 @@ def node_terms(node: Node) -> dict[str, Taylor]:
 
 
 def _inertia(body: FlexibleBody, dialect: Dialect) -> Taylor:
-    J0, J1 = inertia(body.E0), inertia(body.H + body.H.swapaxes(0, 1))
+    J0 = inertia(body.E0)
+    J1 = inertia(body.H + body.H.swapaxes(0, 1))
     if dialect.inertia_matrix:
         return Taylor(M0=J0, M1=J1.transpose(0, 2, 1), symmetric=True)
     rows = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]

@@ -103,14 +103,16 @@ def write_vtu_series(body: FlexibleBody, result: Result, path: str | Path, *, na
     >>> sorted(file.name for file in series.parent.iterdir())
     ['beam.pvd', 'beam_0000.vtu', 'beam_0001.vtu']
     """
-    path, name = Path(path), name or body.name
+    path = Path(path)
+    name = name or body.name
     _refuse_without_mesh(body)
     check_series(path)
     if f"{name}.orientation" not in result or not body.n:
         raise InputError(f"the result has no motion of a flexible body {name!r}; simulate the same system")
     if every < 1:
         raise InputError(f"every = {every} must be at least 1")
-    motion, written = body_motion(body, name, result.channels), []
+    motion = body_motion(body, name, result.channels)
+    written = []
     for number, k in enumerate(range(0, len(result.time), every)):
         file = path.with_name(f"{path.stem}_{number:04d}.vtu")
         written.append((float(result.time[k]), _write_time(body, result, name, motion, k, file)))
@@ -131,7 +133,8 @@ def _write_time(body: FlexibleBody, result: Result, name: str, motion: BodyMotio
     shift = body.shape @ motion.q[k]
     turn = as_rotation(result[f"{name}.orientation"][k], f"orientation of {name}")
     points = (body.points + shift) @ turn.T + result[f"{name}.origin"][k]
-    at_nodes, in_cells = {"displacement": shift}, {}
+    at_nodes = {"displacement": shift}
+    in_cells = {}
     now = BodyMotion(*(x[k : k + 1] for x in motion))
     complete = f"{name}.modal_acceleration" in result
     for key, block in body.recovery.items():

@@ -82,7 +82,9 @@ class _Limit:
 
     def __init__(self) -> None:
         self._libraries = ThreadpoolController().select(internal_api="openblas")
-        self._thread, self._held, self._askers = ThreadPoolExecutor(1), ExitStack(), 0
+        self._thread = ThreadPoolExecutor(1)
+        self._held = ExitStack()
+        self._askers = 0
 
     def change(self, askers: int) -> None:
         """Count callers that ask for the limit (1) or no longer do (-1)."""
@@ -181,7 +183,9 @@ def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     if library() is None or not A.size:
         return scipy_eigh(A)
-    vectors, values, n = np.array(A, dtype=float, order="F"), np.empty(len(A)), c_int32(len(A))
+    vectors = np.array(A, dtype=float, order="F")
+    values = np.empty(len(A))
+    n = c_int32(len(A))
     if library().LAPACKE_dsyevd(c_int32(BY_COLUMNS), c_char(b"V"), c_char(b"L"), n, at(vectors), n, at(values)):
         raise LinAlgError("eigenvalues of a symmetric matrix did not converge")
     return values, vectors

@@ -49,7 +49,8 @@ class SuperLUFactor:
     """
 
     def __init__(self, A: csr_array) -> None:
-        self._A, self._scale = csc_array(A), equilibrium(A)
+        self._A = csc_array(A)
+        self._scale = equilibrium(A)
         self._lu = _splu(self._A, 0.01)
 
     @cached_property

@@ -45,7 +45,8 @@ class Compliance:
 
     def at(self, omega: np.ndarray, loss: float) -> np.ndarray:
         """Return H (nf, k, k) complex at circular frequencies omega (nf,)."""
-        z, square = 1 + 1j * loss, np.asarray(omega, dtype=float)[:, None] ** 2
+        z = 1 + 1j * loss
+        square = np.asarray(omega, dtype=float)[:, None] ** 2
         H = np.einsum("ni,fn,nj->fij", self.a, 1 / (self.w2 * z - square), self.a, optimize=True)
         for j, R in enumerate(self.rest):
             H += (square[:, :, None] ** j / z ** (j + 1)) * R
@@ -112,7 +113,8 @@ def differences(exact: Compliance, other: Compliance, omega: np.ndarray, loss: f
     array([0.5])
     """
     static = np.diag(exact.static)
-    scale, found = 1 / np.sqrt(static), []
+    scale = 1 / np.sqrt(static)
+    found = []
     for part in np.array_split(omega, max(1, len(omega) * (len(scale) ** 2 + len(other.w2)) // AT_ONCE + 1)):
         H, R = (x.at(part, loss) * scale * scale[:, None] for x in (exact, other))
         unsure = (exact.remainder(part) / static).sum(axis=1)
@@ -133,7 +135,8 @@ def damped_response(
     >>> damped_response(M, known, np.eye(2)[:, :1], np.ones((2, 1)), solve, 0.5, 0.0).real.round(9).ravel()
     array([1.33333333, 0.26666667])
     """
-    z, a = 1 + 1j * loss, inner(Phi, F)
+    z = 1 + 1j * loss
+    a = inner(Phi, F)
     X = subtract(solve(F), Phi, a / w2[:, None])
     u = Phi @ (a / (w2 * z - omega**2)[:, None]) + X / z
     for j in range(1, TERMS):

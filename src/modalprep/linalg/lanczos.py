@@ -76,7 +76,8 @@ class Krylov:
 
         Returns the coefficients of W on the old basis, ``(size, b)``, and on the new vectors.
         """
-        m, last = self.size, self.size - self.M_near[1].shape[1]
+        m = self.size
+        last = self.size - self.M_near[1].shape[1]
         coefficient = np.zeros((m, W.shape[1]))
         for first, MV in zip((last - self.M_near[0].shape[1], last), self.M_near, strict=True):
             near = slice(first, first + MV.shape[1])
@@ -85,7 +86,8 @@ class Krylov:
         deduct(W, self.V[:, near], coefficient[near])
         W, MW, beta = _orthonormal(W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
         MW, gamma = self._cleaned(W, MW)
-        self.M_near, self.size = [self.M_near[1], MW], m + MW.shape[1]
+        self.M_near = [self.M_near[1], MW]
+        self.size = m + MW.shape[1]
         return coefficient, gamma @ beta
 
     def _cleaned(self, W: np.ndarray, MW: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -108,7 +110,8 @@ class Krylov:
 
     def compress(self, S: np.ndarray, theta: np.ndarray, tail: int) -> None:
         """Keep the combinations ``V S`` with their Ritz values and the last `tail` vectors."""
-        m, k = self.size - tail, S.shape[1]
+        m = self.size - tail
+        k = S.shape[1]
         coupling = self.H[m : self.size, :m] @ S
         self.combine(S)
         self.V[:, k : k + tail] = self.V[:, m : self.size]
@@ -117,7 +120,8 @@ class Krylov:
         self.H[k : k + tail, :k] = coupling
         self.H[:k, k : k + tail] = coupling.T
         self.size = self.locked = k + tail
-        self.M_near, self.rests = [times(self.M, self.V[:, :k]), self.M_near[1]], False
+        self.M_near = [times(self.M, self.V[:, :k]), self.M_near[1]]
+        self.rests = False
 
 
 def _orthonormal(
@@ -199,7 +203,8 @@ def block_lanczos(
     space.append(factor.solve(times(M, start)))
     for _ in range(RESTARTS):
         theta, S, rest = _expand(space, factor, n, below, capacity)
-        done, tail = _converged(theta[:n], rest[:, :n]), len(rest)
+        done = _converged(theta[:n], rest[:, :n])
+        tail = len(rest)
         if len(theta) >= n and np.all(done):
             w2 = 1 / theta[:n] + shift
             order = np.argsort(w2, kind="stable")
@@ -239,9 +244,11 @@ def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) ->
 
     The wanted values come first. The last block has not been multiplied yet; `m` counts the vectors that have.
     """
-    check, seen = space.size + 1.5 * n, (space.size, 0)
+    check = space.size + 1.5 * n
+    seen = (space.size, 0)
     while True:
-        m, tail = space.size, space.M_near[1].shape[1]
+        m = space.size
+        tail = space.M_near[1].shape[1]
         coefficient, beta = space.append(factor.solve(space.M_near[1]))
         new = len(beta)
         space.H[:m, m - tail : m] = coefficient
@@ -252,10 +259,12 @@ def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) ->
         if full or m >= check:
             theta, S = eigh((space.H[:m, :m] + space.H[:m, :m].T) / 2)
             order = _wanted_first(theta, n, below)
-            theta, S = theta[order], S[:, order]
+            theta = theta[order]
+            S = S[:, order]
             rest = beta @ S[m - tail : m]
             count = int(np.sum(_converged(theta[:n], rest[:, :n])))
             if full or count == n:
                 return theta, S, rest
             slope = max(count - seen[1], 1) / (m - seen[0])
-            check, seen = m + np.clip(CAUTION * (n - count) / slope, 2 * tail, n / 2), (m, count)
+            check = m + np.clip(CAUTION * (n - count) / slope, 2 * tail, n / 2)
+            seen = (m, count)

@@ -23,7 +23,8 @@ class MixedFactor:
     negative: int | None = None
 
     def __init__(self, A: csr_array) -> None:
-        self._A, self._scale = A, equilibrium(A)[:, None]
+        self._A = A
+        self._scale = equilibrium(A)[:, None]
         self._single = PardisoFactor(A, np.float32)
 
     def solve(self, B: np.ndarray) -> np.ndarray:
@@ -40,7 +41,10 @@ class MixedFactor:
 
     def _conjugate_gradients(self, B: np.ndarray) -> np.ndarray:
         size = np.maximum(np.linalg.norm(B, axis=0), np.finfo(float).tiny)
-        X, R, P, rz = np.zeros_like(B), B.copy(), np.zeros_like(B), np.ones(B.shape[1])
+        X = np.zeros_like(B)
+        R = B.copy()
+        P = np.zeros_like(B)
+        rz = np.ones(B.shape[1])
         left = np.linalg.norm(R, axis=0) / size
         for _ in range(STEPS):
             k = np.flatnonzero(~(left <= RESIDUAL))

@@ -141,7 +141,8 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
         first = first or block_lanczos(factor, M, n, shift=shift, known=known)
         known = w2, phi = _verified(K, M, *first, factor)
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
-        found, exist = int(np.sum(w2 < cut)), None
+        found = int(np.sum(w2 < cut))
+        exist = None
         if not isinstance(factor, MixedFactor):  # a second factor would not fit into the memory
             exist = count_below(K, M, cut, solver, getattr(factor, "order", None))
         if exist is None or exist == found:
@@ -189,10 +190,13 @@ def _dense(K: np.ndarray, M: np.ndarray, n: int, shift: float) -> tuple[np.ndarr
         flexibility, phi = eigh(M, K - shift * M, subset_by_index=(size - n, size - 1))
     except LinAlgError:
         raise AccuracyError("the stiffness matrix is not positive definite: the structure is not held") from None
-    flexibility, phi = flexibility[::-1], phi[:, ::-1]
+    flexibility = flexibility[::-1]
+    phi = phi[:, ::-1]
     heavy = flexibility > MASSLESS * flexibility[0]
-    flexibility, phi = flexibility[heavy], phi[:, heavy]
-    w2, phi = 1 / flexibility + shift, phi / np.sqrt(flexibility)
+    flexibility = flexibility[heavy]
+    phi = phi[:, heavy]
+    w2 = 1 / flexibility + shift
+    phi = phi / np.sqrt(flexibility)
     return _with_upper_modes(K, M, w2, phi) if flexibility[-1] < WIDE * flexibility[0] else (w2, phi)
 
 
@@ -221,10 +225,12 @@ def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple
 
     Forces and moments count by their own stiffness.
     """
-    scale, starts = equilibrium(K)[:, None], range(0, len(w2), COLUMNS)
+    scale = equilibrium(K)[:, None]
+    starts = range(0, len(w2), COLUMNS)
     with share_threads(THREADS) as pool:
         found = pool.map(lambda k: _ratios(K, M, scale, w2[k : k + COLUMNS], phi[:, k : k + COLUMNS]), starts)
-        ratio, gram = np.concatenate(list(found)), _size_of_rows(M, phi)
+        ratio = np.concatenate(list(found))
+        gram = _size_of_rows(M, phi)
         if gram > ORTHOGONALITY:
             gram = max(pool.map(lambda k: _gram_error(M, phi, slice(k, k + COLUMNS)), starts))
     return float(ratio.max()), int(np.argmax(ratio)), gram

@@ -66,14 +66,17 @@ class PardisoFactor:
     def __init__(
         self, A: csr_array, dtype: type = np.float64, ready: bool = True, order: np.ndarray | None = None
     ) -> None:
-        self._scale, self._dtype = equilibrium(A), dtype
+        self._scale = equilibrium(A)
+        self._dtype = dtype
         self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
-        self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
+        self._handle = np.zeros(64, dtype=np.int64)
+        self._options = np.zeros(64, dtype=np.int32)
         library().pardisoinit(at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), at(self._options))
         self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
         if dtype is np.float64:
             self._options[PERTURBATION] = PIVOT
-        self._options[ZERO_BASED], self._options[SINGLE] = 1, dtype is np.float32
+        self._options[ZERO_BASED] = 1
+        self._options[SINGLE] = dtype is np.float32
         self._options[ORDER] = WANTED if order is None else GIVEN
         self.order = np.empty(self._n, dtype=np.int32) if order is None else order
         weakref.finalize(self, _release, self._handle, self._options)
@@ -118,7 +121,8 @@ class PardisoFactor:
 
 def _pardiso(handle, options, phase: int, n: int, matrix=(None,) * 4, columns: int = 1, B=None, X=None) -> None:
     """Call the library; raise RuntimeError with its reason when it fails."""
-    one, error = byref(c_int32(1)), c_int32(0)
+    one = byref(c_int32(1))
+    error = c_int32(0)
     sizes = [byref(c_int32(v)) for v in (SYMMETRIC_INDEFINITE, phase, n)]
     a, ia, ja, order = (at(part) for part in matrix)
     tail = (byref(c_int32(columns)), at(options), byref(c_int32(0)), at(B), at(X), byref(error))
@@ -136,7 +140,8 @@ def _upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np
     A.sort_indices()
     rows = np.repeat(np.arange(A.shape[0], dtype=np.int32), np.diff(A.indptr))
     keep = A.indices >= rows
-    rows, columns = rows[keep], A.indices[keep].astype(np.int32)
+    rows = rows[keep]
+    columns = A.indices[keep].astype(np.int32)
     starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=A.shape[0]))])
     if not np.all(np.diff(starts)):
         raise ValueError("it has an empty row")  # which the library does not survive

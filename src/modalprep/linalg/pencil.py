@@ -58,7 +58,8 @@ class Pencil:
 
 def _entries_on(A: csr_array, pattern: csr_array) -> np.ndarray:
     """Return the entries of A at the places of a pattern that has them all."""
-    A, entries = A.sorted_indices(), np.zeros(pattern.nnz)
+    A = A.sorted_indices()
+    entries = np.zeros(pattern.nnz)
     entries[np.searchsorted(_places(pattern), _places(A))] = A.data
     return entries
 

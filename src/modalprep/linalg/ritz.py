@@ -45,11 +45,13 @@ def ritz(
     >>> w2
     array([1., 4.])
     """
-    found, top = np.zeros((len(W), 0)) if rigid is None else rigid, 0.0
+    found = np.zeros((len(W), 0)) if rigid is None else rigid
+    top = 0.0
     w2 = [np.zeros(found.shape[1])]
     while W.shape[1]:
         for _ in range(2 if found.shape[1] else 0):
-            W, products = subtract(W, found, inner(found, times(M, W))), None
+            W = subtract(W, found, inner(found, times(M, W)))
+            products = None
         KW, MW = products or (times(K, W), times(M, W))
         flexibility, Y = _flexibility(inner(W, KW), inner(W, MW))
         top = max(top, flexibility[0])
@@ -59,7 +61,8 @@ def ritz(
         w2.append(1 / flexibility[soft])
         new = product(W, Y[:, soft] / np.sqrt(flexibility[soft]))
         found = np.hstack([found, new]) if found.shape[1] else new
-        W, products = product(W, Y[:, ~soft]), None
+        W = product(W, Y[:, ~soft])
+        products = None
     return np.concatenate(w2), _orthonormal(found, M)
 
 

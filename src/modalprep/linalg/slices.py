@@ -161,7 +161,8 @@ class Slices:
 
     def _planned(self, half: float, first: int) -> list[Slice]:
         """Return slices of some twice `half` unknown modes each."""
-        places, ends = self._placed(half), []
+        places = self._placed(half)
+        ends = []
         borders = self._borders(half)[1:]
         for (_, one), (_, next_one), border in zip(places, places[1:], borders, strict=False):
             if not OVERLAP < next_one.negative - one.negative <= CROWDED * 2 * half or next_one.negative > self.n:
@@ -177,7 +178,8 @@ class Slices:
 
         They are amid in w^2, so that modes at both ends converge at once.
         """
-        shifts, factors = np.zeros(AT_ONCE), {}
+        shifts = np.zeros(AT_ONCE)
+        factors = {}
         for _ in range(PLACES):
             ends = self._borders(half)
             middle = (ends[1:] + ends[:-1]) / 2
@@ -241,7 +243,9 @@ class Slices:
         slice that was found apart from the one before are taken from the widest gap on in what both have.
         """
         cut = 1 + int(np.argmax(np.diff(w2[: self.found - part.first]))) if apart else 0
-        first, w2, phi = part.first + cut, w2[cut:], phi[:, cut:]
+        first = part.first + cut
+        w2 = w2[cut:]
+        phi = phi[:, cut:]
         before = self.phi[:, max(first - NEIGHBOURS, 0) : first]
         parts = [phi[:, start : start + WIDTH] for start in range(0, min(len(w2), NEIGHBOURS), WIDTH)]
         if not all(self.pool.map(self._joins, [before] * len(parts), parts)):
@@ -301,7 +305,9 @@ def sliced_modes(
     with share_threads(AT_ONCE) as pool:
         pencils = pool.submit(_pencils, K, M, factor)
         slices = Slices(M, [], n, size, pool)
-        begin, room = min(n, BEGIN), slices.rooms(0)[0]  # alone: it tells how dense they lie
+        # alone: it tells how dense they lie
+        begin = min(n, BEGIN)
+        room = slices.rooms(0)[0]
         slices.put(0, *block_lanczos(factor, M, begin, shift=shift, block=BLOCK, room=room))
         slices.pencils.extend(pencils.result())
         while slices.found < n:

@@ -36,13 +36,17 @@ def times(A: csr_array, X: np.ndarray) -> np.ndarray:
     if library() is None or X.shape[1] < LEAST or not _readable(A, X):
         return np.ascontiguousarray(A @ X)
     X, out = np.ascontiguousarray(X), np.empty((A.shape[0], X.shape[1]))
-    handle, columns = c_void_p(), c_int32(X.shape[1])
+    handle = c_void_p()
+    columns = c_int32(X.shape[1])
     arrays = (at(A.indptr), at(A.indptr[1:]), at(A.indices), at(A.data))
     shape = (c_int32(A.shape[0]), c_int32(A.shape[1]))
     failed = library().mkl_sparse_d_create_csr(byref(handle), ZERO_BASED, *shape, *arrays)
     if not failed:
-        kind, one, zero = _Kind(GENERAL), c_double(1.0), c_double(0.0)
-        right, result = (BY_ROWS, at(X), columns, columns), (zero, at(out), columns)
+        kind = _Kind(GENERAL)
+        one = c_double(1.0)
+        zero = c_double(0.0)
+        right = (BY_ROWS, at(X), columns, columns)
+        result = (zero, at(out), columns)
         failed = library().mkl_sparse_d_mm(AS_STORED, one, handle, kind, *right, *result)
         library().mkl_sparse_destroy(handle)
     if failed:

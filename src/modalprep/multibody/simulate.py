@@ -136,9 +136,18 @@ def simulate(
     times = output_times(t_end, output_step)
     with by_two_processes(system):
         integration = prepare(
-            system, times, reference=reference, method="explicit" if reference else method, rtol=rtol, atol=atol,
-            step=step, rho=rho_inf, longest=max_step or np.inf, shortest_event=shortest_event, events=events,
-        )  # fmt: skip
+            system,
+            times,
+            reference=reference,
+            method="explicit" if reference else method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            rho=rho_inf,
+            longest=max_step or np.inf,
+            shortest_event=shortest_event,
+            events=events,
+        )
         recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
         outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
@@ -238,7 +247,8 @@ def prepare(
 
 def deflections(system: System, packed: Packed) -> np.ndarray:
     """Return the largest deflection per modal coordinate, in sizes of its body (nx,)."""
-    found, of_body = np.zeros(packed.nx), {}
+    found = np.zeros(packed.nx)
+    of_body = {}
     for name, body in system.bodies.items():
         if body.n and id(body) not in of_body:
             extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)

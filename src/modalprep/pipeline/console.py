@@ -47,7 +47,8 @@ class Reporter:
     def _hushed(self) -> Iterator[None]:
         """Keep the lines on long runs back where nothing is to be printed."""
         log = logging.getLogger("modalprep")
-        before, log.disabled = log.disabled, log.disabled or self.console.quiet
+        before = log.disabled
+        log.disabled = log.disabled or self.console.quiet
         try:
             yield
         finally:

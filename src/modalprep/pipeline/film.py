@@ -45,10 +45,12 @@ def film_pipeline(
         When the machine cannot draw.
     """
     need("pyvista", PICTURE)
-    path, folder = source.path, output_folder(source.path, output)
+    path = source.path
+    folder = output_folder(source.path, output)
     if not (source.pipeline.simulation or run):
         raise InputError(f"{path} has no [simulation], so there is no run to draw; name one with --run")
-    run, target = run or folder / f"{path.stem}-run.h5", target or folder / f"{path.stem}.webp"
+    run = run or folder / f"{path.stem}-run.h5"
+    target = target or folder / f"{path.stem}.webp"
     if target.suffix.lower() not in PICTURES:
         check_target(target)
         if strip:

@@ -69,7 +69,8 @@ class Outcome:
         from modalprep.verdicts.notes import warnings_of
         from modalprep.verdicts.verdict import Verdict
 
-        built, limits = self.built, self.asked.reduction.limits if self.asked else {}
+        built = self.built
+        limits = self.asked.reduction.limits if self.asked else {}
         met = [*self._required(), *self.audits]
         met += requirements.of_envelopes(self.simulated.envelopes if self.simulated else ())
         met += [margin for found in self.responses for margin in requirements.of_response(found.name, found.response)]

@@ -65,8 +65,11 @@ def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
     from modalprep.pipeline.building.inputs import page_inputs
     from modalprep.report.run_page.page import RunPage, write_run_page
 
-    pipeline, simulated, plots = source.pipeline, outcome.simulated, outcome.run_drawn.plots
-    result, stem = simulated.files[0], f"{source.path.stem}-ensemble"
+    pipeline = source.pipeline
+    simulated = outcome.simulated
+    plots = outcome.run_drawn.plots
+    result = simulated.files[0]
+    stem = f"{source.path.stem}-ensemble"
     cases = [file for file in reporter.files if file.suffix == ".png" and stem in file.name]
     shown = RunPage(
         simulated.main,

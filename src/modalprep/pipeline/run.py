@@ -61,7 +61,8 @@ def run_pipeline(
 
     source = load(path)
     refuse(source, output)
-    pipeline, folder = source.pipeline, output_folder(source.path, output)
+    pipeline = source.pipeline
+    folder = output_folder(source.path, output)
     wanted = pipeline.output.pictures if pictures else "none"
     with silent(), pictures_beside(wanted if pipeline.has_body else 0) as painter:
         built = build_body(source, folder, reporter, cache) if pipeline.has_body else None
@@ -112,7 +113,8 @@ def _exported(source: Loaded, built: Built, folder: Path, reporter: Reporter) ->
     from modalprep.report.charts.mass_chart import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
 
-    body, notes = built.body, []
+    body = built.body
+    notes = []
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     _tell(built.notes, reporter)
@@ -147,7 +149,8 @@ def _sensitivities(source: Loaded, folder: Path, reporter: Reporter) -> Sensitiv
 
     found = pipeline_sensitivities(source)
     sensitivity_table(found, reporter.console)
-    rows, stem = found.rows(), f"{source.path.stem}-sensitivities"
+    rows = found.rows()
+    stem = f"{source.path.stem}-sensitivities"
     reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], folder / f"{stem}.csv"))
     reporter.wrote(sensitivity_plot(found, folder / f"{stem}.png"))
     return found

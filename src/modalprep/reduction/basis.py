@@ -144,7 +144,8 @@ def _inertial(
     x = _responses(clamped, W, strain, inertia)
     span, force = W, inertia
     if loose.shape[1]:
-        span, force = np.hstack([W, loose]), np.hstack([inertia, times(clamped.M, loose)])
+        span = np.hstack([W, loose])
+        force = np.hstack([inertia, times(clamped.M, loose)])
     mass = inner(span, force)
     size = np.sqrt(np.maximum(np.diag(mass), 0.0))
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
@@ -224,7 +225,8 @@ def held_mass(model: FEModel) -> np.ndarray:
     R = model.rigid_body()
     f = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
     C = model.C.tocsc()[:, f].tocsr()
-    M, moving = (C.T.tocsr() @ model.M @ C).tocsr(), R[model.free][f]
+    M = (C.T.tocsr() @ model.M @ C).tocsr()
+    moving = R[model.free][f]
     carried, load = model.M @ R, M @ moving
     left = C.T @ carried - load  # on the neighbours of what is held only, so that few steps solve for it
     moved = np.einsum("ij,ij->j", moving, load + 2 * left) + np.einsum("ij,ij->j", left, _mass_solution(M, left))
@@ -243,7 +245,8 @@ def _mass_solution(M: csr_array, b: np.ndarray) -> np.ndarray:
 
 
 def _mechanism_note(clamped: Clamped) -> tuple[str, ...]:
-    count, root = clamped.mechanisms.shape[1], clamped.model.interfaces[0].name
+    count = clamped.mechanisms.shape[1]
+    root = clamped.model.interfaces[0].name
     if not count:
         return ()
     return (

@@ -108,7 +108,8 @@ class Clamped:
         """
         shapes, flexibility, loose = self._released
         if loose.shape[1]:
-            f, held = f - self.M @ (loose @ (loose.T @ f)), None
+            f = f - self.M @ (loose @ (loose.T @ f))
+            held = None
         x = product(shapes, flexibility[:, None] * inner(shapes, f))
         x[self.i] += self.held(f[self.i]) if held is None else held
         return x
@@ -189,7 +190,8 @@ def _of_independent(model: FEModel, A: csr_array) -> csr_array:
 
 def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.ndarray) -> None:
     """Refuse a mechanism: inverse iteration finds the softest shape, whose strain energy is then round-off."""
-    x, diagonal = np.random.default_rng(0).standard_normal(len(dofs)), K.diagonal()
+    x = np.random.default_rng(0).standard_normal(len(dofs))
+    diagonal = K.diagonal()
     for _ in range(3):
         x = factor.solve(diagonal * x)
         x /= np.abs(x).max()

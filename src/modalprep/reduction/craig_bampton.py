@@ -138,7 +138,8 @@ def craig_bampton(
     w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)
     recovered = _recovered(clamped, w2, Phi, F, recovery, keep)
     table = _candidates(clamped, w2, Phi, keep, F, recovered)
-    kept, wanted = Phi[:, table.kept], _side_by_side(F, truncation)
+    kept = Phi[:, table.kept]
+    wanted = _side_by_side(F, truncation)
     w2_t, X = truncation_vectors(clamped, wanted.force, w2[table.kept], kept, wanted.answer)
     notes = (
         *fewer_modes(len(w2), modes, FIXED),
@@ -148,7 +149,8 @@ def craig_bampton(
         *interface_boundaries(model, truncation),
     )
     W = np.concatenate([clamped.constraint_shapes, clamped.expand(kept, X)], axis=1)
-    answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
+    answers = ["static response of dropped modes"] * len(w2_t)
+    frequency = np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
     spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted.answer) if recovery else None
     return reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
@@ -156,7 +158,8 @@ def craig_bampton(
 
 def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, answers: np.ndarray) -> Spans:
     """Return the kept modes, and what the basis has whatever their number."""
-    modes, frequency = clamped.expand(kept), np.sqrt(w2) / (2 * np.pi)
+    modes = clamped.expand(kept)
+    frequency = np.sqrt(w2) / (2 * np.pi)
     return Spans(modes, frequency, clamped.constraint_shapes, clamped.expand(answers))
 
 
@@ -187,7 +190,8 @@ def _candidates(
 
 def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, InteriorLoads]:
     """Return the loads by name, scaled to about 1 N in total."""
-    model, size = clamped.model, model_size(clamped.model)
+    model = clamped.model
+    size = model_size(clamped.model)
     force, answer = clamped.unit_answers
     free = np.flatnonzero([frame.boundary == "free" for frame in model.interfaces])
     own = {
@@ -207,7 +211,8 @@ def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[s
 
 def _side_by_side(F: Mapping[str, InteriorLoads], names: Iterable[str]) -> InteriorLoads:
     """Return the loads of these names in one."""
-    none, names = F["inertia"].force[:, :0], dict.fromkeys(names)
+    none = F["inertia"].force[:, :0]
+    names = dict.fromkeys(names)
     return InteriorLoads(*(np.hstack([none, *(F[name][k] for name in names)]) for k in range(2)))
 
 

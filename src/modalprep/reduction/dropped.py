@@ -33,7 +33,8 @@ def dropped_modes(reduction: Reduction) -> DroppedModes:
     Theory 4.9.
     """
     stiff = reduction.frequency > 0
-    Phi, K = reduction.basis[:, stiff], (2 * np.pi * reduction.frequency[stiff]) ** 2
+    Phi = reduction.basis[:, stiff]
+    K = (2 * np.pi * reduction.frequency[stiff]) ** 2
     kept = np.zeros((int(stiff.sum()), reduction.basis.shape[1]))
     kept[np.arange(len(K)), np.flatnonzero(stiff)] = 1 / K
     return DroppedModes(
@@ -61,7 +62,8 @@ def projected_recovery(body: Any, Y: np.ndarray, w: np.ndarray) -> dict[str, Any
     >>> projected_recovery(uniform_beam(modes=2), np.eye(2)[:, :1], np.ones(1))
     {}
     """
-    flexibility, forces = dropped_flexibility(body.K, Y, w), unit_forces(body)
+    flexibility = dropped_flexibility(body.K, Y, w)
+    forces = unit_forces(body)
     found = {}
     for name, old in body.recovery.items():
         new = old.in_basis(Y)

@@ -180,7 +180,8 @@ class _Reference:
         rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
         C = model.C[:, rows].tocsr()
         K, M = ((C.T @ A @ C).tocsr() for A in (model.K, model.M))
-        factor, top = algebra.factorise(K, definite=True), 2 * np.pi * up_to
+        factor = algebra.factorise(K, definite=True)
+        top = 2 * np.pi * up_to
         w2, Phi = _modes_beyond(K, M, top, factor, algebra)
         F = _loads(model)
         exact = compliance(K, M, w2, Phi, C.T @ F, factor.solve, top)
@@ -208,7 +209,8 @@ class _Reference:
         padded = np.concatenate([found, np.full(len(self.frequency) - len(found), np.inf)])
         sweep = _around(np.concatenate([self.frequency, own[(own > 0) & (own < self.up_to)]]), self.damping, self.up_to)
         reduced = Compliance((2 * np.pi * reduction.frequency) ** 2, reduction.basis.T @ self.F, np.zeros((0, 0, 0)))
-        static, moving = np.diag(self.exact.static), reduction.frequency > 0
+        static = np.diag(self.exact.static)
+        moving = reduction.frequency > 0
         missing = 1 - np.einsum("nk,n->k", reduced.a[moving] ** 2, 1 / reduced.w2[moving]) / static
         seen = self.recovered
         return ReductionError(

@@ -89,7 +89,8 @@ def free_interface(
     candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi), recovered)
     kind = f"elastic {FREE}"
     notes = (*fewer_modes(len(w2), modes, kind), *completeness(w2, counted, kind), *more_modes(keep, candidates, modes))
-    w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
+    w2 = w2[candidates.kept]
+    Phi = Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
     spans = None
     if recovery is not None:
@@ -143,7 +144,8 @@ def _recovered(
 def _candidates(
     model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static, recovered: dict | None
 ) -> ModeTable:
-    frequency, n = np.sqrt(w2) / (2 * np.pi), len(w2)
+    frequency = np.sqrt(w2) / (2 * np.pi)
+    n = len(w2)
     shares = interface_shares(free_coupling(model, Phi), w2)
     kept, reason = select(keep, frequency, None, static, *shares, recovered)
     return ModeTable(

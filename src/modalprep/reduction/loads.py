@@ -97,7 +97,8 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
 
 
 def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndarray) -> np.ndarray:
-    F, dofs = np.zeros(model.n_dof), model.dof[nodes]
+    F = np.zeros(model.n_dof)
+    dofs = model.dof[nodes]
     wrench = np.concatenate([load.force, load.moment])
     if len(nodes) == 1:
         if load.position is not None:
@@ -109,7 +110,8 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
         return F
     arm = mesh.points[nodes] - interface_position(mesh, name, load, nodes)
     turning = np.repeat([False, bool(np.any(load.moment) or load.position or load.cylinder)], 3)
-    over, ones = cells_of(mesh, load, nodes)[0], np.ones(len(nodes))
+    over = cells_of(mesh, load, nodes)[0]
+    ones = np.ones(len(nodes))
     mean = MeanPoints.over(mesh.points, nodes, over) if over else None
     frame = np.zeros(6, dtype=int)
     spread = PlacedLink("rbe3", f"load {name!r}", frame, dofs, arm, turning, ones, False, mean_points=mean)
@@ -145,17 +147,23 @@ def _face_areas(kind: str, points: np.ndarray) -> np.ndarray:
 
 def _monomials(exponents: Powers, place: np.ndarray, derivative: tuple[int, int]) -> np.ndarray:
     columns = [
-        np.prod([p * x ** (p - 1) if d and p else 0 * x if d else x**p
-                 for x, p, d in zip(place.T, powers, derivative, strict=True)], axis=0)
+        np.prod(
+            [
+                p * x ** (p - 1) if d and p else 0 * x if d else x**p
+                for x, p, d in zip(place.T, powers, derivative, strict=True)
+            ],
+            axis=0,
+        )
         for powers in exponents
-    ]  # fmt: skip
+    ]
     return np.stack(columns, axis=1)
 
 
 def _gauss(triangle: bool) -> tuple[np.ndarray, np.ndarray]:
     """Points (g, 2) and weights on the unit square; on the triangle by folding the square (Duffy)."""
     x, w = np.polynomial.legendre.leggauss(4)
-    x, w = (x + 1) / 2, w / 2
+    x = (x + 1) / 2
+    w = w / 2
     u, v = (grid.ravel() for grid in np.meshgrid(x, x))
     weight = np.outer(w, w).ravel()
     if triangle:

@@ -66,15 +66,18 @@ def fewer_modes(found: int, modes: int, kind: str) -> tuple[str, ...]:
 
 def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...]:
     """Warn of a truncation vector between kept modes and among dropped ones: it combines them and is not a mode."""
-    dropped, kept = candidates.frequency[~candidates.kept], candidates.frequency[candidates.kept]
+    dropped = candidates.frequency[~candidates.kept]
+    kept = candidates.frequency[candidates.kept]
     pseudo = np.sqrt(w2_t) / (2 * np.pi)
     among = pseudo[pseudo < min(dropped.max(initial=0.0), kept.max(initial=0.0))]
     if not len(among):
         return ()
     lowest = f"{_hertz(among.min())} Hz"
-    lies, mixes = f"{len(among)} truncation vectors, the lowest at {lowest}, lie", "they mix"
+    lies = f"{len(among)} truncation vectors, the lowest at {lowest}, lie"
+    mixes = "they mix"
     if len(among) == 1:
-        lies, mixes = f"a truncation vector at {lowest} lies", "it mixes"
+        lies = f"a truncation vector at {lowest} lies"
+        mixes = "it mixes"
     return (
         f"{lies} below dropped modes (of {_hertz(dropped.min())} to {_hertz(dropped.max())} Hz), which {mixes}: static "
         "responses are exact, but resonances there are not those of the structure. A simulation excites them, the "

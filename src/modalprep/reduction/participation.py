@@ -52,7 +52,8 @@ def interface_shares(coupling: np.ndarray, w2: np.ndarray) -> tuple[np.ndarray, 
     >>> interface_shares(np.array([[1.0, 1.0, 2.0]]), np.array([1.0, 4.0, 16.0]))[1]
     array([1.    , 0.125 , 0.0625])
     """
-    strength, w = np.sum(coupling**2, axis=0), np.sqrt(w2)
+    strength = np.sum(coupling**2, axis=0)
+    w = np.sqrt(w2)
     return _over_largest(strength / w), _over_largest(strength / w**3)
 
 

@@ -187,7 +187,9 @@ def prestressed_modes(
     """
     refuse_other("prestressed_modes: the model", FEModel, model)
     clamped, Kg, x = _prestress(model, load, gravity)
-    w2, phi = np.array([-1.0]), np.zeros((0, 1))  # of a structure that has buckled
+    # of a structure that has buckled
+    w2 = np.array([-1.0])
+    phi = np.zeros((0, 1))
     try:
         count = min(modes + MORE, clamped.K_ii.shape[0])
         w2, phi, _ = lowest_modes((clamped.K_ii + Kg).tocsr(), clamped.M_ii, count)
@@ -204,8 +206,10 @@ def _moved_mass(clamped: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
     Their motion is ``phi_k + Gamma(x, phi_k)``; ``phi_i M Gamma(x, phi_k)`` as in body/second_order.py.
     """
-    model, n = clamped.model, phi.shape[1]
-    Phi, y = model.C @ clamped.expand(phi), model.C @ clamped.expand(clamped.factor.solve(clamped.M_ii @ phi))
+    model = clamped.model
+    n = phi.shape[1]
+    Phi = model.C @ clamped.expand(phi)
+    y = model.C @ clamped.expand(clamped.factor.solve(clamped.M_ii @ phi))
     both = np.column_stack([x, Phi])
     work = -model.geometric_stiffness.project(y, model.M @ Phi, both)[:, 0, 1:]
     work += model.rotating_mass.project_modes(both, slice(1, None))[:, 0, 1:]

@@ -118,7 +118,9 @@ def projected_basis(
     >>> found.kept, found.reason[1]
     (array([ True, False]), 'singular value 3.7e-10 of the largest, not > 1e-06; holds 1.4e-19 of all; most in mode 2')
     """
-    X, K, M = np.asarray(shapes, dtype=float), csr_array(K), csr_array(M)
+    X = np.asarray(shapes, dtype=float)
+    K = csr_array(K)
+    M = csr_array(M)
     none = np.zeros((len(X), 0))
     R, C = (none if v is None else np.asarray(v, dtype=float) for v in (rigid, keep))
     _refuse(X, K, M, R, C, tolerance, fraction)
@@ -216,10 +218,12 @@ def _refuse(X, K, M, R, C, tolerance: float, fraction: float | None) -> None:
 
 def _independent(X: np.ndarray, given: np.ndarray, M: csr_array) -> np.ndarray:
     """Return an M-orthonormal basis of X beyond `given` (Gram-Schmidt, twice), without dependent vectors."""
-    Q, first = np.hstack([given, X]), given.shape[1]
+    Q = np.hstack([given, X])
+    first = given.shape[1]
     count = first
     for x in X.T:
-        size, rest = np.sqrt(x @ (M @ x)), x
+        size = np.sqrt(x @ (M @ x))
+        rest = x
         for _ in range(2):
             rest = rest - Q[:, :count] @ (Q[:, :count].T @ (M @ rest))
         left = np.sqrt(max(rest @ (M @ rest), 0.0))
@@ -242,13 +246,17 @@ def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, fraction: float 
     if fraction is None:
         relative = sigma / sigma.max(initial=np.finfo(float).tiny)
         kept = relative > tolerance
-        words = [f"singular value {v:.2g} of the largest, {'' if k else 'not '}> {tolerance:g}"
-                 for v, k in zip(relative, kept, strict=True)]  # fmt: skip
+        words = [
+            f"singular value {v:.2g} of the largest, {'' if k else 'not '}> {tolerance:g}"
+            for v, k in zip(relative, kept, strict=True)
+        ]
     else:
         before = np.concatenate([[0.0], np.cumsum(part)])[: len(part)]
         kept = before < fraction * (1 - 4 * np.finfo(float).eps)
-        words = [f"the stronger ones have {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
-                 for v, k in zip(before, kept, strict=True)]  # fmt: skip
+        words = [
+            f"the stronger ones have {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
+            for v, k in zip(before, kept, strict=True)
+        ]
     most = np.argmax(np.abs(V), axis=0) if V.size else []
     reasons = zip(words, part, most, strict=True)
     return kept, tuple(f"{text}; holds {p:.2g} of all; most in mode {m + 1}" for text, p, m in reasons)
@@ -292,7 +300,9 @@ def body_matrices(body: ModalBody) -> tuple[np.ndarray, np.ndarray]:
     >>> M.diagonal()[:3], K[:6]
     (array([12., 12., 12.]), array([0., 0., 0., 0., 0., 0.]))
     """
-    s, J, H = skew(body.s0), np.trace(body.E0) * np.eye(3) - body.E0, body.H
+    s = skew(body.s0)
+    J = np.trace(body.E0) * np.eye(3) - body.E0
+    H = body.H
     C = np.array([H[2, 1] - H[1, 2], H[0, 2] - H[2, 0], H[1, 0] - H[0, 1]])
     rows = [body.m * np.eye(3), -s, body.S], [s, J, C], [body.S.T, C.T, body.modal_mass]
     return np.block([list(row) for row in rows]), np.concatenate([np.zeros(6), body.K])

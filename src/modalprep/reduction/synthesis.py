@@ -224,7 +224,8 @@ def _refuse_gaps(
 
 def _read_place(bodies: Mapping[str, ModalBody], name: str, at: Placement) -> Placement:
     refuse_unknown(name, bodies, "placement: body")
-    p, R = np.asarray(at[0], dtype=float), as_rotation(at[1], f"placement of {name!r}: the rotation")
+    p = np.asarray(at[0], dtype=float)
+    R = as_rotation(at[1], f"placement of {name!r}: the rotation")
     if p.shape != (3,):
         raise InputError(f"placement of {name!r}: give a position of 3 numbers")
     return p, R
@@ -248,8 +249,10 @@ def _conditions(bodies: Mapping[str, ModalBody], welds: list[_Weld], places: dic
     scale = _column_scale(bodies, G, K, size)
     names = [(weld.label, d) for weld in welds for d, fixed in zip(DIRECTIONS, weld.constrained, strict=True) if fixed]
     independent = _independent_rows(G / scale)
-    lost = {label: [n[1] for n, new in zip(names, independent, strict=True) if n[0] == label and not new]
-            for label, _ in names}  # fmt: skip
+    lost = {
+        label: [n[1] for n, new in zip(names, independent, strict=True) if n[0] == label and not new]
+        for label, _ in names
+    }
     redundant = tuple(f"{label}: {', '.join(d)} cannot open anyway" for label, d in lost.items() if d)
     return (G / scale)[independent], redundant, scale
 
@@ -257,7 +260,8 @@ def _conditions(bodies: Mapping[str, ModalBody], welds: list[_Weld], places: dic
 def _column_scale(bodies: Mapping[str, ModalBody], G: np.ndarray, K: np.ndarray, size: float) -> np.ndarray:
     """Sizes (N,): 1 and `size` for rigid motions, ``sqrt(K)`` with the softest column of G at 1, or a free column's."""
     scale = np.concatenate([np.concatenate([np.repeat([1.0, size], 3), np.zeros(b.n)]) for b in bodies.values()])
-    elastic, norm = K > 0, np.linalg.norm(G, axis=0)
+    elastic = K > 0
+    norm = np.linalg.norm(G, axis=0)
     scale[elastic] = np.sqrt(K[elastic])
     scale[elastic] *= (norm[elastic] / scale[elastic]).max(initial=0.0) or 1.0
     loose = scale == 0
@@ -267,7 +271,8 @@ def _column_scale(bodies: Mapping[str, ModalBody], G: np.ndarray, K: np.ndarray,
 
 def _independent_rows(G: np.ndarray) -> np.ndarray:
     """Return which rows (m,) bool are independent of earlier ones (Gram-Schmidt, twice)."""
-    Q, found = np.zeros((0, G.shape[1])), np.zeros(len(G), dtype=bool)
+    Q = np.zeros((0, G.shape[1]))
+    found = np.zeros(len(G), dtype=bool)
     for k, row in enumerate(G):
         rest = row
         for _ in range(2):

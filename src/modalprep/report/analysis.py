@@ -37,7 +37,8 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
             Hz   damping %   moves most...
     1   0.6044           .   beam...
     """
-    rich, said = plain_table(), [course(z) for z in modes.eigenvalue.tolist()[:count]]
+    rich = plain_table()
+    said = [course(z) for z in modes.eigenvalue.tolist()[:count]]
     rich.add_column("", justify="right")
     for name in ("Hz", "damping %"):
         rich.add_column(name, justify="right")

@@ -58,14 +58,22 @@ def band_plot(
     'x.png'
     """
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
-    axes, levels = figure.add_subplot(), sorted(levels)
+    axes = figure.add_subplot()
+    levels = sorted(levels)
     components = ensemble.table([channel])
     for number, name in enumerate(components):
         _bands(axes, ensemble, name, levels, plots.CURVES[number % len(plots.CURVES)], several=len(components) > 1)
     if nominal is not None:
         for number, name in enumerate(components):
-            axes.plot(nominal.time, nominal[name], color=plots.INK, linewidth=1.4, linestyle=plots.LINES[1], zorder=4,
-                      label="nominal" if number == 0 else None)  # fmt: skip
+            axes.plot(
+                nominal.time,
+                nominal[name],
+                color=plots.INK,
+                linewidth=1.4,
+                linestyle=plots.LINES[1],
+                zorder=4,
+                label="nominal" if number == 0 else None,
+            )
     axes.set_xlim(0, ensemble.time[-1] or 1.0)
     axes.margins(y=plots.ROOM)
     axes.set_xlabel("time (s)")
@@ -79,13 +87,20 @@ def band_plot(
 
 def _bands(axes: Axes, ensemble: Ensemble, name: str, levels: Sequence[float], colour: str, *, several: bool) -> None:
     """Draw the percentiles of one component; of several, each has its name in the legend, else each band its own."""
-    values, pairs = ensemble.percentiles(levels, [name])[name], len(levels) // 2
+    values = ensemble.percentiles(levels, [name])[name]
+    pairs = len(levels) // 2
     for k, words in enumerate(_words(levels)[:pairs]):
         label = words if not several else named(name) if k == 0 and not len(levels) % 2 else None
         axes.fill_between(
-            ensemble.time, values[k], values[-1 - k], color=colour, alpha=BAND + STEP * k, linewidth=0, label=label,
+            ensemble.time,
+            values[k],
+            values[-1 - k],
+            color=colour,
+            alpha=BAND + STEP * k,
+            linewidth=0,
+            label=label,
             zorder=2,
-        )  # fmt: skip
+        )
     if len(levels) % 2:
         label = named(name) if several else _words(levels)[-1]
         axes.plot(ensemble.time, values[pairs], color=colour, linewidth=2.2, label=label, zorder=3)

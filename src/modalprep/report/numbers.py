@@ -52,7 +52,8 @@ def raised(text: str) -> str:
 
 
 def _power(found: re.Match[str]) -> str:
-    base, power = found[1], int(found[2])
+    base = found[1]
+    power = int(found[2])
     if not power:
         return base
     tens = f"10{str(power).translate(POWERS)}"

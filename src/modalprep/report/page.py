@@ -126,7 +126,8 @@ def write_page(shown: BodyPage | FlexibleBody, path: str | Path) -> Path:
     """
     shown = shown if isinstance(shown, BodyPage) else BodyPage(shown)
     body, inputs, verdict = shown.body, shown.inputs, shown.judgement
-    drawn, chart = drawable(body), mac_chart(body, shown.nodal_mass)
+    drawn = drawable(body)
+    chart = mac_chart(body, shown.nodal_mass)
     found = [
         parts.in_short(describe_body(body), verdict),
         parts.overview(body, shown.notes, shown.mesh_picture),

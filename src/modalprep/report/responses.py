@@ -28,22 +28,40 @@ HEADS = {  # columns of `peak_rows` by the figures of a kind
     "transient": ("highest", "at_s", "lowest", "lowest_at_s"),
 }
 WORDS = {
-    "peak": "peak", "at_hz": "at", "phase_deg": "phase", "rms": "RMS", "three_sigma": "3 sigma",
-    "apparent_hz": "apparent", "at_s": "time", "steady": "steady state", "highest": "largest", "lowest": "smallest",
+    "peak": "peak",
+    "at_hz": "at",
+    "phase_deg": "phase",
+    "rms": "RMS",
+    "three_sigma": "3 sigma",
+    "apparent_hz": "apparent",
+    "at_s": "time",
+    "steady": "steady state",
+    "highest": "largest",
+    "lowest": "smallest",
     "lowest_at_s": "time",
-}  # fmt: skip
+}
 SUFFIX = {"at_hz": "Hz", "apparent_hz": "Hz", "phase_deg": "°", "at_s": "s", "lowest_at_s": "s"}
 PANELS, DRAWN = 4, 6  # of a plot, and curves in each
 FEW = 10  # points that are marked
 MEANING = {
-    "harmonic": "Amplitudes", "sweep": "Largest magnitudes of the sweep; steady state dotted",
-    "random": "Power spectral densities", "transient": "Histories",
-}  # fmt: skip
+    "harmonic": "Amplitudes",
+    "sweep": "Largest magnitudes of the sweep; steady state dotted",
+    "random": "Power spectral densities",
+    "transient": "Histories",
+}
 LEFT = ("channel", "from", "ruled by")  # columns of texts
 QUANTITIES = {
-    "N": "force", "N m": "moment", "m/s^2": "acceleration", "m/s": "velocity", "m": "displacement", "rad": "rotation",
-    "rad/s^2": "angular acceleration", "rad/s": "angular velocity", "Pa": "stress", "N/m": "force per length",
-}  # fmt: skip
+    "N": "force",
+    "N m": "moment",
+    "m/s^2": "acceleration",
+    "m/s": "velocity",
+    "m": "displacement",
+    "rad": "rotation",
+    "rad/s^2": "angular acceleration",
+    "rad/s": "angular velocity",
+    "Pa": "stress",
+    "N/m": "force per length",
+}
 PREFIXED = ("N", "N m", "m", "J")  # axes in decades have their labels in these units with SI prefixes
 NOTHING = 1e-9  # of the largest of a unit: round-off in a direction that nothing drives
 ALIKE = {"N m": "N", "rad/s^2": "m/s^2", "rad": "m"}  # at an arm of 1 m
@@ -251,6 +269,12 @@ def _example() -> Response:
     peak = Peak("tip", "acceleration", "x", "m/s^2", 3.0, figures, np.nan)
     values = np.array([[1.0 + 0j], [3j]])
     return Response(
-        kind="harmonic", axis=np.array([1.0, 7.0]), names=(peak.channel,), units=("m/s^2",), values=values,
-        peaks=(peak,), inputs=("base.x",), input_values=np.ones((2, 1)),
-    )  # fmt: skip
+        kind="harmonic",
+        axis=np.array([1.0, 7.0]),
+        names=(peak.channel,),
+        units=("m/s^2",),
+        values=values,
+        peaks=(peak,),
+        inputs=("base.x",),
+        input_values=np.ones((2, 1)),
+    )

@@ -91,7 +91,8 @@ def _with_interfaces(body: FlexibleBody, used: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _centred(body: FlexibleBody, points: np.ndarray) -> np.ndarray:
-    low, high = body.points.min(axis=0), body.points.max(axis=0)
+    low = body.points.min(axis=0)
+    high = body.points.max(axis=0)
     return (points - (low + high) / 2) / (np.linalg.norm(high - low) or 1.0)
 
 

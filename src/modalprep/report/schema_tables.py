@@ -172,7 +172,9 @@ def _type(table: Node) -> str | None:
 
 
 def _list(value: Node, style: Style) -> str:
-    least, most, item = value.get("minItems"), value.get("maxItems"), kind_of(value.get("items", {}), style)
+    least = value.get("minItems")
+    most = value.get("maxItems")
+    item = kind_of(value.get("items", {}), style)
     item = f"{item}s" if item in WORDS.values() else f"({item})" if " or " in item else item
     return f"list of {item}" if least is None or least != most else f"{least} {item}"
 

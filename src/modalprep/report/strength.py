@@ -115,7 +115,8 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     factor, unit = shown_unit(unit.replace("²", "^2"))
-    factor, unit = factor**2 if cut.density else factor, unit.replace("^2", "²")
+    factor = factor**2 if cut.density else factor
+    unit = unit.replace("^2", "²")
     above.plot(cut.frequency, factor * cut.given, color=GREY, linewidth=1.4, linestyle=LINES[1], label="given input")
     above.plot(cut.frequency, factor * cut.notched, color=CURVES[0], linewidth=1.8, label="notched input")
     above.set_ylabel(f"input ({squared(unit)})" if cut.density else f"input ({unit})")
@@ -125,8 +126,16 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
         below.plot(cut.frequency, before[name], color=colour, linewidth=1.0, linestyle=LINES[2])
         below.plot(cut.frequency, after[name], color=colour, linewidth=1.8, label=named(name))
     below.axhline(1.0, color=GREY, linewidth=1.0)
-    below.annotate("limit", (1.0, 1.0), xycoords=("axes fraction", "data"), fontsize=9, color=GREY, xytext=(4, 0),
-                   textcoords="offset points", va="center")  # fmt: skip
+    below.annotate(
+        "limit",
+        (1.0, 1.0),
+        xycoords=("axes fraction", "data"),
+        fontsize=9,
+        color=GREY,
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center",
+    )
     below.set_ylabel("amplitude / limit (dotted: not notched)")
     below.set_xlabel("frequency (Hz)")
     largest = max((float(x.max()) for x in before.values()), default=1.0)
@@ -188,5 +197,6 @@ def _example() -> NotchedInput:
     from modalprep.response.limits import notch
 
     one = np.ones(3)
-    transfer, name = np.array([100.0, 2000.0, 50.0]), "base.force.z (limit)"
+    transfer = np.array([100.0, 2000.0, 50.0])
+    name = "base.force.z (limit)"
     return notch(np.array([10.0, 20.0, 30.0]), one, {name: transfer}, {name: 500.0}, density=False)

@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from typing import Any
 
 SHOCK_UNITS = {  # of a spectrum of accelerations in m/s^2
-    "absolute_acceleration": "m/s²", "relative_displacement": "m", "pseudo_velocity": "m/s",
+    "absolute_acceleration": "m/s²",
+    "relative_displacement": "m",
+    "pseudo_velocity": "m/s",
     "pseudo_acceleration": "m/s²",
-}  # fmt: skip
+}
 
 
 def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
@@ -43,7 +45,9 @@ def runs(simulated: Any) -> dict[str, Any]:
 
 def simulation(outcome: Any, reporter: Any) -> dict[str, Any]:
     """Return the runs of a simulation, its shock spectra and damage, its files, and what failed."""
-    simulated, extra, files = outcome.simulated, outcome.strength, [str(f) for f in reporter.files]
+    simulated = outcome.simulated
+    extra = outcome.strength
+    files = [str(f) for f in reporter.files]
     found = {"ensemble": ensemble(simulated.ensemble)} if simulated.ensemble is not None else {}
     found |= {"envelopes": envelopes(simulated)} if simulated.envelopes else {}
     found |= strength(extra) | {"notes": extra.notes} if extra else {}
@@ -114,11 +118,15 @@ def mode_rows(table: Any) -> list[dict[str, Any]]:
     frequency = [None if v != v else v for v in table.frequency.tolist()]
     return [
         {
-            "kind": table.kind[k], "frequency_Hz": frequency[k], "effective_mass_kg": mass[k][:3],
-            "effective_inertia_kg_m2": mass[k][3:], "kept": bool(table.kept[k]), "reason": table.reason[k],
+            "kind": table.kind[k],
+            "frequency_Hz": frequency[k],
+            "effective_mass_kg": mass[k][:3],
+            "effective_inertia_kg_m2": mass[k][3:],
+            "kept": bool(table.kept[k]),
+            "reason": table.reason[k],
         }
         for k in range(len(table.kind))
-    ]  # fmt: skip
+    ]
 
 
 def quality(mesh: Any, found: Any) -> dict[str, Any]:

@@ -127,7 +127,9 @@ def _breaks(text: str, width: int) -> list[int]:
     >>> _breaks("a sentence that goes on", 10), _breaks("of /a/long/path/alone here", 6)
     ([11, 21], [3, 22])
     """
-    found, start, ends = [], 0, 0
+    found = []
+    start = 0
+    ends = 0
     for word in re.finditer(r"\S+", text):
         if word.end() - start > width and ends > start:
             start = word.start()

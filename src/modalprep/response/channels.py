@@ -124,7 +124,9 @@ def body_blocks(body: FlexibleBody, equations: ModalEquations) -> list[Block]:
 
 def _base(body: FlexibleBody) -> Block:
     """Force and moment on the root: the momentum's rate less the forces on the other interfaces."""
-    e, n, k = LEVI_CIVITA, body.n, len(body.interface_name)
+    e = LEVI_CIVITA
+    n = body.n
+    k = len(body.interface_name)
     u = np.zeros((2, 3, DRIVES + 6 * k))
     u[0, :, :3] = body.m * UNIT
     u[0, :, 3:DRIVES] = np.einsum("ia,b->iab", UNIT, body.s0).reshape(3, 9)
@@ -132,17 +134,22 @@ def _base(body: FlexibleBody) -> Block:
     u[1, :, 3:DRIVES] = np.einsum("iab,ac->ibc", e, body.E0).reshape(3, 9)
     for number, arm in enumerate(body.interface_position):
         at = DRIVES + 6 * number
-        u[0, :, at : at + 3], u[1, :, at : at + 3], u[1, :, at + 3 : at + 6] = -UNIT, -skew(arm), -UNIT
+        u[0, :, at : at + 3] = -UNIT
+        u[1, :, at : at + 3] = -skew(arm)
+        u[1, :, at + 3 : at + 6] = -UNIT
     qdd = np.stack([body.S, np.einsum("iab,ban->in", e, body.H)])
     return Block(BASE, ("force", "moment"), AXES, ("N",) * 3 + ("N m",) * 3, np.zeros((2, 3, n)), qdd, u)
 
 
 def _interfaces(body: FlexibleBody) -> Iterator[Block]:
-    n, width = body.n, DRIVES + 6 * len(body.interface_name)
+    n = body.n
+    width = DRIVES + 6 * len(body.interface_name)
     for k, (name, arm) in enumerate(zip(body.interface_name, body.interface_position, strict=True)):
-        shapes, none = np.stack([body.phi[k], body.psi[k]]), np.zeros((2, 3, n))
+        shapes = np.stack([body.phi[k], body.psi[k]])
+        none = np.zeros((2, 3, n))
         u = np.zeros((4, 3, width))
-        u[0, :, :3], u[0, :, 3:DRIVES] = UNIT, np.einsum("ia,b->iab", UNIT, arm).reshape(3, 9)
+        u[0, :, :3] = UNIT
+        u[0, :, 3:DRIVES] = np.einsum("ia,b->iab", UNIT, arm).reshape(3, 9)
         u[1, :, 3:DRIVES] = np.einsum("iab->iba", LEVI_CIVITA).reshape(3, 9) / 2
         places = ("acceleration", "angular_acceleration", "displacement", "rotation")[: 2 if k == 0 else 4]
         units = [unit for unit in ("m/s^2", "rad/s^2", "m", "rad")[: len(places)] for _ in AXES]

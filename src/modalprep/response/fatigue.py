@@ -114,10 +114,15 @@ def rainflow_damage(time: np.ndarray, stress: np.ndarray, curve: SNCurve) -> Fat
     ranges, means, counts = cycles.T
     amplitude = curve.amplitude(ranges, means)
     return Fatigue(
-        damage=float(np.sum(counts / curve.life(amplitude))), duration=float(time[-1] - time[0]),
-        cycles=float(counts.sum()), ranges=ranges, means=means, counts=counts,
-        largest=float(amplitude.max(initial=0.0)), method="rainflow",
-    )  # fmt: skip
+        damage=float(np.sum(counts / curve.life(amplitude))),
+        duration=float(time[-1] - time[0]),
+        cycles=float(counts.sum()),
+        ranges=ranges,
+        means=means,
+        counts=counts,
+        largest=float(amplitude.max(initial=0.0)),
+        method="rainflow",
+    )
 
 
 @told
@@ -162,7 +167,8 @@ def random_damage(
     >>> random_damage(f, psd, curve, duration=60.0, method="narrow_band").damage * 1e6  # 3000 8 0.3^4
     194.4
     """
-    frequency, psd = np.asarray(frequency, dtype=float), np.asarray(psd, dtype=float)
+    frequency = np.asarray(frequency, dtype=float)
+    psd = np.asarray(psd, dtype=float)
     if curve.ultimate is not None:
         raise InputError("a random stress has no mean, on which 'ultimate' has an effect; leave it out of the curve")
     if method not in METHODS:
@@ -179,12 +185,15 @@ def random_damage(
 def _expected(frequency: np.ndarray, psd: np.ndarray, curve: SNCurve, duration: float, method: str) -> Fatigue:
     from FLife import Dirlik, Narrowband, SpectralData
 
-    data, notes = SpectralData(input={"PSD": psd, "f": frequency}), ()
+    data = SpectralData(input={"PSD": psd, "f": frequency})
+    notes = ()
     sigma = float(np.sqrt(data.moments[0]))
     if method == "dirlik" and 1 - data.alpha2 < NARROW:
-        method, notes = "narrow_band", ("the stress has one narrow peak, of which cycles are Rayleigh's, not Dirlik's",)
+        method = "narrow_band"
+        notes = ("the stress has one narrow peak, of which cycles are Rayleigh's, not Dirlik's",)
     density, peaks = (Dirlik(data), data.m_p) if method == "dirlik" else (Narrowband(data), data.nu)
-    low, high = curve.limit, TAIL * sigma
+    low = curve.limit
+    high = TAIL * sigma
 
     def rate(S: float) -> float:
         return float(density.get_PDF(S) / curve.life(S))
@@ -197,9 +206,16 @@ def _expected(frequency: np.ndarray, psd: np.ndarray, curve: SNCurve, duration: 
 def _random(damage: float, duration: float, cycles: float, largest: float, method: str, notes: tuple) -> Fatigue:
     none = np.zeros(0)
     return Fatigue(
-        damage=damage, duration=duration, cycles=cycles, ranges=none, means=none, counts=none, largest=largest,
-        method=method, notes=notes,
-    )  # fmt: skip
+        damage=damage,
+        duration=duration,
+        cycles=cycles,
+        ranges=none,
+        means=none,
+        counts=none,
+        largest=largest,
+        method=method,
+        notes=notes,
+    )
 
 
 def signed_von_mises(stress: np.ndarray) -> np.ndarray:

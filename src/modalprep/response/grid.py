@@ -57,7 +57,8 @@ def integration_grid(
 def _around(resonance: np.ndarray, ratio: np.ndarray, low: float, high: float) -> np.ndarray:
     """Return the resonances, and points at growing distances from each up to the middle between neighbours."""
     some = (ratio > 0) & (resonance > 0)
-    f, width = resonance[some], (ratio * resonance)[some]
+    f = resonance[some]
+    width = (ratio * resonance)[some]
     ends = np.concatenate([[min([low, *f[:1]])], (f[1:] + f[:-1]) / 2, [max([high, *f[-1:]])]])
     found = [f]
     for at, step, left, right in zip(f, width, ends[: len(f)], ends[1 : len(f) + 1], strict=True):

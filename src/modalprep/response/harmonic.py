@@ -81,10 +81,17 @@ def harmonic_response(
     notes += large_deflection(body, equations, q[..., 0])
     notes += [*uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
     return Response(
-        kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),
-        values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=u, notes=(*notes, *found.notes()), chosen=found.chosen,
-    )  # fmt: skip
+        kind="harmonic",
+        axis=f,
+        names=tuple(found.names),
+        units=tuple(found.units),
+        values=found.stacked(found.curves, len(f)),
+        peaks=tuple(found.peaks),
+        inputs=tuple(spectra),
+        input_values=u,
+        notes=(*notes, *found.notes()),
+        chosen=found.chosen,
+    )
 
 
 def _ascending(f: np.ndarray) -> np.ndarray:

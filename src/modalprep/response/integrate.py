@@ -58,7 +58,8 @@ def _light(e: ModalEquations) -> bool:
 def _poles(
     e: ModalEquations, h: float, force: np.ndarray, q0: np.ndarray, qd0: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    decay, wd = e.D / 2, np.sqrt(e.K - (e.D / 2) ** 2)
+    decay = e.D / 2
+    wd = np.sqrt(e.K - (e.D / 2) ** 2)
     x = h * (-decay + 1j * wd)
     one, two = phi_functions(x)
     # z_{k+1} = exp(x) z_k + h ((phi_1 - phi_2) f_k + phi_2 f_{k+1})
@@ -81,7 +82,8 @@ def phi_functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     small = np.abs(x) < SERIES
     y = np.where(small, 1.0, x)
-    term, two = np.full(x.shape, 0.5, dtype=complex), np.zeros(x.shape, dtype=complex)
+    term = np.full(x.shape, 0.5, dtype=complex)
+    two = np.zeros(x.shape, dtype=complex)
     for k in range(3, 18):
         two += term
         term = term * x / k
@@ -97,10 +99,13 @@ def _exponential(
     D = e.D if e.coupled else np.diag(e.D)
     A = np.zeros((4 * n, 4 * n))
     A[:n, n : 2 * n] = np.eye(n)
-    A[n : 2 * n, :n], A[n : 2 * n, n : 2 * n], A[n : 2 * n, 2 * n : 3 * n] = -np.diag(e.K) * h**2, -D * h, np.eye(n)
+    A[n : 2 * n, :n] = -np.diag(e.K) * h**2
+    A[n : 2 * n, n : 2 * n] = -D * h
+    A[n : 2 * n, 2 * n : 3 * n] = np.eye(n)
     A[2 * n : 3 * n, 3 * n :] = np.eye(n)
     E = scipy.linalg.expm(A)[: 2 * n]
-    now, slope = E[:, 2 * n : 3 * n] * h**2, E[:, 3 * n :] * h**2
+    now = E[:, 2 * n : 3 * n] * h**2
+    slope = E[:, 3 * n :] * h**2
     driven = force[:-1] @ (now - slope).T + force[1:] @ slope.T
     states = np.empty((len(force), 2 * n))
     states[0] = np.concatenate([q0, h * qd0])

@@ -150,7 +150,8 @@ def notch(
     >>> found.notched, found.notches[0].depth
     (array([1.  , 0.25, 1.  ]), 12.041199826559248)
     """
-    frequency, given = np.asarray(frequency, dtype=float), np.asarray(given, dtype=float)
+    frequency = np.asarray(frequency, dtype=float)
+    given = np.asarray(given, dtype=float)
     power = 2 if density else 1
     gains = {name: np.abs(np.asarray(transfers[name])) ** power for name in _known(limits, transfers)}
     bounds = {name: np.broadcast_to(np.asarray(limits[name], dtype=float), given.shape) for name in limits}
@@ -159,15 +160,21 @@ def notch(
             raise InputError(f"notch {name!r}: frequency, input and transfer need as many values; interpolate them")
         if not bounds[name].min() > 0:
             raise InputError(f"notch {name!r}: a limit of {bounds[name].min():g} allows no input; give a positive one")
-    ceilings = np.array([np.divide(bounds[n], gains[n], out=np.full(given.shape, np.inf), where=gains[n] > 0)
-                         for n in limits]).reshape(len(limits), len(given))  # fmt: skip
+    ceilings = np.array(
+        [np.divide(bounds[n], gains[n], out=np.full(given.shape, np.inf), where=gains[n] > 0) for n in limits]
+    ).reshape(len(limits), len(given))
     ceilings = np.maximum(ceilings, _floors(given, limits, max_depth, density))
     notched = np.minimum(given, ceilings.min(axis=0, initial=np.inf))
     ruling = np.argmin(ceilings, axis=0) if limits else np.zeros(len(given), dtype=int)
     found = NotchedInput(
-        frequency=frequency, given=given, notched=notched, density=density,
-        responses={name: gains[name] * notched for name in limits}, limits=dict(bounds), notches=(),
-    )  # fmt: skip
+        frequency=frequency,
+        given=given,
+        notched=notched,
+        density=density,
+        responses={name: gains[name] * notched for name in limits},
+        limits=dict(bounds),
+        notches=(),
+    )
     return found.with_(notches=_notches(found, ruling, list(limits)))
 
 
@@ -178,9 +185,7 @@ def _known(limits: Mapping, transfers: Mapping) -> list[str]:
     return list(limits)
 
 
-def _floors(
-    given: np.ndarray, names: Mapping, max_depth: float | Mapping[str, float], density: bool
-) -> np.ndarray:  # fmt: skip
+def _floors(given: np.ndarray, names: Mapping, max_depth: float | Mapping[str, float], density: bool) -> np.ndarray:
     """Return the lowest inputs (limits, nf) to which each limit may cut."""
     depths = np.array([max_depth[n] if isinstance(max_depth, Mapping) else max_depth for n in names], dtype=float)
     if not np.all(depths > 0):
@@ -189,7 +194,8 @@ def _floors(
 
 
 def _notches(found: NotchedInput, ruling: np.ndarray, names: list[str]) -> tuple[Notch, ...]:
-    lowered, depth = found.notched < found.given, found.depth
+    lowered = found.notched < found.given
+    depth = found.depth
     rules = np.where(lowered, ruling, -1)
     edges = np.concatenate([[0], np.flatnonzero(np.diff(rules)) + 1, [len(rules)]])
     notches = []
@@ -314,7 +320,9 @@ def quasi_static_limit(
     """
     if not (mass > 0 and acceleration > 0):
         raise InputError(f"a quasi-static limit needs a positive mass and acceleration, not {mass} and {acceleration}")
-    frequency, force, most = np.asarray(frequency), np.asarray(force, dtype=float), mass * acceleration
+    frequency = np.asarray(frequency)
+    force = np.asarray(force, dtype=float)
+    most = mass * acceleration
     if not density:
         return np.full(force.shape, most)
 

@@ -108,7 +108,8 @@ class ModalEquations(Record):
         InputError
             When a frequency is that of a mode without damping.
         """
-        w, force = 2 * np.pi * np.asarray(f, dtype=float), self.B @ u
+        w = 2 * np.pi * np.asarray(f, dtype=float)
+        force = self.B @ u
         if self.coupled:
             n = np.arange(len(self.K))
             found = np.empty(force.shape, dtype=complex)
@@ -213,7 +214,8 @@ def unit_inputs(body: FlexibleBody, inputs: Sequence[str]) -> tuple[np.ndarray, 
     (array([ 1, 21]), ('m/s^2', 'N m'))
     """
     known = input_names(body.interface_name)
-    E, units = np.zeros((DRIVES + 6 * len(body.interface_name), len(inputs))), []
+    E = np.zeros((DRIVES + 6 * len(body.interface_name), len(inputs)))
+    units = []
     for column, name in enumerate(inputs):
         if name not in known:
             raise InputError(f"response: there is no input {name!r}; {suggestion(name, known, 'there are')}")

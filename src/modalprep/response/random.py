@@ -94,10 +94,18 @@ def random_response(
     if any(block.kind == "stress" for block in body.recovery.values()):
         notes.append("three sigma of von Mises stress is three times its root mean square, though it is not Gaussian")
     return Response(
-        kind="random", axis=f, names=tuple(found.names), units=tuple(found.units),
-        values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=density, weight=weight, notes=tuple(notes), chosen=found.chosen,
-    )  # fmt: skip
+        kind="random",
+        axis=f,
+        names=tuple(found.names),
+        units=tuple(found.units),
+        values=found.stacked(found.curves, len(f)),
+        peaks=tuple(found.peaks),
+        inputs=tuple(spectra),
+        input_values=density,
+        weight=weight,
+        notes=tuple(notes),
+        chosen=found.chosen,
+    )
 
 
 def correlation_factor(given: str | np.ndarray, k: int) -> np.ndarray:
@@ -172,10 +180,14 @@ def _densities(Y: np.ndarray, A: np.ndarray | None) -> np.ndarray:
 
 def _figures(S: np.ndarray, f: np.ndarray, weight: np.ndarray) -> dict[str, np.ndarray]:
     mean = np.tensordot(weight, S, 1)
-    rms, at = np.sqrt(mean), np.argmax(S, axis=0)
+    rms = np.sqrt(mean)
+    at = np.argmax(S, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         apparent = np.sqrt(np.tensordot(weight * f**2, S, 1) / mean)
     return {
-        "rms": rms, "three_sigma": 3 * rms, "apparent_hz": apparent,
-        "peak_density": np.take_along_axis(S, at[None], 0)[0], "at_hz": f[at],
-    }  # fmt: skip
+        "rms": rms,
+        "three_sigma": 3 * rms,
+        "apparent_hz": apparent,
+        "peak_density": np.take_along_axis(S, at[None], 0)[0],
+        "at_hz": f[at],
+    }

@@ -215,7 +215,8 @@ class Collector:
     """Takes the values of the channels part by part: curves of those that are kept, peaks of all."""
 
     def __init__(self, chosen: tuple[str, ...] = ()) -> None:
-        self.chosen, self.met = chosen, set[str]()
+        self.chosen = chosen
+        self.met = set[str]()
         self.names: list[str] = []
         self.units: list[str] = []
         self.curves: list[np.ndarray] = []
@@ -232,8 +233,15 @@ class Collector:
         self.met |= hits
         return bool(hits) or not self.chosen
 
-    def add(self, whole: Block, part: Block, curves: np.ndarray, figures: dict[str, np.ndarray], largest: str,
-            steady: np.ndarray | None = None) -> None:  # fmt: skip
+    def add(
+        self,
+        whole: Block,
+        part: Block,
+        curves: np.ndarray,
+        figures: dict[str, np.ndarray],
+        largest: str,
+        steady: np.ndarray | None = None,
+    ) -> None:
         """Take curves (nt, p, c) of a part of a block, and figures (p, c) of each; `largest` names the one to judge."""
         flat = curves.reshape(len(curves), -1)
         figures = {key: values.ravel() for key, values in figures.items()}

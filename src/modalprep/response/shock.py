@@ -118,7 +118,8 @@ def shock_spectrum(
     >>> shock_spectrum(time, half_sine, np.array([10.0, 80.0]), Q=1e6).maximax.round(0)
     array([ 40., 177.])
     """
-    time, values = np.asarray(time, dtype=float), np.asarray(acceleration, dtype=float)
+    time = np.asarray(time, dtype=float)
+    values = np.asarray(acceleration, dtype=float)
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
     _refuse(kind, start, Q, frequency)
     rate = sampling_rate(time, values)
@@ -132,15 +133,29 @@ def shock_spectrum(
     both = _finer(np.hstack([columns, -columns]), finer)
     positive, negative = np.split(
         pyyeti_srs().srs(
-            both, rate * finer, frequency, Q, ic=STARTS[start], stype=KINDS[kind], peak="poss", rolloff=None,
-            time="total", parallel="no",
-        ), 2, axis=1,
-    )  # fmt: skip
+            both,
+            rate * finer,
+            frequency,
+            Q,
+            ic=STARTS[start],
+            stype=KINDS[kind],
+            peak="poss",
+            rolloff=None,
+            time="total",
+            parallel="no",
+        ),
+        2,
+        axis=1,
+    )
     shape = (len(frequency), *values.shape[1:])
     return ShockSpectrum(
-        frequency=frequency, positive=positive.reshape(shape), negative=-negative.reshape(shape), kind=kind, Q=Q,
+        frequency=frequency,
+        positive=positive.reshape(shape),
+        negative=-negative.reshape(shape),
+        kind=kind,
+        Q=Q,
         notes=tuple(_notes(columns, rate, frequency[-1], start)),
-    )  # fmt: skip
+    )
 
 
 def vibration_spectrum(frequency: np.ndarray, psd: np.ndarray, natural: np.ndarray, Q: float = 10.0) -> np.ndarray:

@@ -90,7 +90,8 @@ class SNCurve(Record):
         (n,) float
             Cycles.
         """
-        S, knee = np.asarray(amplitude, dtype=float), self.knee_stress
+        S = np.asarray(amplitude, dtype=float)
+        knee = self.knee_stress
         k = np.where(knee > S, self.second_slope or self.slope, self.slope)
         with np.errstate(divide="ignore"):
             N = (self.knee or self.cycles) * (knee / S) ** k

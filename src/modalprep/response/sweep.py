@@ -96,15 +96,23 @@ def sweep_response(
         *missing_modes(body, equations, highest),
         f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
         *large_deflection(body, equations, swept),
-        *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest),
+        *limits_of_validity(body, equations, highest),
+        *uncovered(spectra, lowest, highest),
         *(f"{block.name} has too many channels for a sweep, which leaves it out" for block in every if block.is_large),
-    ]  # fmt: skip
+    ]
     return Response(
-        kind="sweep", axis=f[rising], names=tuple(found.names), units=tuple(found.units),
-        values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
+        kind="sweep",
+        axis=f[rising],
+        names=tuple(found.names),
+        units=tuple(found.units),
+        values=found.stacked(found.curves, len(f)),
+        peaks=tuple(found.peaks),
+        inputs=tuple(spectra),
         input_values=np.stack([x.at(f[rising]) for x in spectra.values()], axis=1),
-        steady=found.stacked(found.steady, len(f)), notes=tuple(notes), chosen=found.chosen,
-    )  # fmt: skip
+        steady=found.stacked(found.steady, len(f)),
+        notes=tuple(notes),
+        chosen=found.chosen,
+    )
 
 
 def _figures(largest: np.ndarray, times: np.ndarray, f: np.ndarray) -> dict[str, np.ndarray]:
@@ -115,11 +123,16 @@ def _figures(largest: np.ndarray, times: np.ndarray, f: np.ndarray) -> dict[str,
 
 
 def _march(
-    equations: ModalEquations, spectra: Mapping[str, Spectrum], clock: Sweep, ends: np.ndarray, samples: int,
+    equations: ModalEquations,
+    spectra: Mapping[str, Spectrum],
+    clock: Sweep,
+    ends: np.ndarray,
+    samples: int,
     blocks: list[Block],
-) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:  # fmt: skip
+) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:
     """Return q at the largest coordinate of each interval, and of each block the largest magnitudes with times."""
-    integrator, swept = Integrator(equations), []
+    integrator = Integrator(equations)
+    swept = []
     largest, times = [[] for _ in blocks], [[] for _ in blocks]
     for a, b in pairwise(ends):
         start, end = clock.time(np.array([a, b]))
@@ -137,7 +150,8 @@ def _march(
 
 def _input(spectra: Mapping[str, Spectrum], clock: Sweep, t: np.ndarray) -> np.ndarray:
     """Return ``Im(amplitude exp(i phase))`` of each input (nt, k)."""
-    wave, f = np.exp(1j * clock.phase(t)), clock.frequency(t)
+    wave = np.exp(1j * clock.phase(t))
+    f = clock.frequency(t)
     return np.stack([np.imag(x.at(f) * wave) for x in spectra.values()], axis=1)
 
 

@@ -93,10 +93,17 @@ def transient_response(
     notes = [*warnings, *limits_of_validity(body, equations, top), *_sampling(inputs, h, t[-1], body), *found.notes()]
     notes += large_deflection(body, equations, q)
     return Response(
-        kind="transient", axis=t, names=tuple(found.names), units=tuple(found.units),
-        values=found.stacked(found.curves, len(t)), peaks=tuple(found.peaks), inputs=tuple(inputs),
-        input_values=u, notes=tuple(notes), chosen=found.chosen,
-    )  # fmt: skip
+        kind="transient",
+        axis=t,
+        names=tuple(found.names),
+        units=tuple(found.units),
+        values=found.stacked(found.curves, len(t)),
+        peaks=tuple(found.peaks),
+        inputs=tuple(inputs),
+        input_values=u,
+        notes=tuple(notes),
+        chosen=found.chosen,
+    )
 
 
 def with_mises(block: Block, s: np.ndarray) -> np.ndarray:
@@ -142,18 +149,27 @@ def _sampling(inputs: Mapping[str, History], h: float, end: float, body: Flexibl
 
 
 def _figures(values: np.ndarray, t: np.ndarray) -> dict[str, np.ndarray]:
-    high, low = np.argmax(values, axis=0), np.argmin(values, axis=0)
+    high = np.argmax(values, axis=0)
+    low = np.argmin(values, axis=0)
     highest, lowest = (np.take_along_axis(values, at[None], 0)[0] for at in (high, low))
     return {
-        "highest": highest, "at_s": t[high], "lowest": lowest, "lowest_at_s": t[low],
+        "highest": highest,
+        "at_s": t[high],
+        "lowest": lowest,
+        "lowest_at_s": t[low],
         "peak": np.maximum(highest, -lowest),
-    }  # fmt: skip
+    }
 
 
 def unresolved(
-    body: FlexibleBody, equations: ModalEquations, damping: Damping, step: float, u: np.ndarray,
-    peaks: Sequence[Peak], chosen: tuple[str, ...],
-) -> list[str]:  # fmt: skip
+    body: FlexibleBody,
+    equations: ModalEquations,
+    damping: Damping,
+    step: float,
+    u: np.ndarray,
+    peaks: Sequence[Peak],
+    chosen: tuple[str, ...],
+) -> list[str]:
     """Return a warning where a history changes if truncation vectors, which act statically in it, move.
 
     They have the static response of the dropped modes, and some of their inertia. Where this does not matter, the

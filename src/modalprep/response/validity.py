@@ -44,7 +44,8 @@ def missing_modes(body: FlexibleBody, equations: ModalEquations, top: float) -> 
     >>> missing_modes(beam, modal_equations(beam, ["base.y"], 0.01), 9.0)
     ['the response goes up to 9 Hz, but the highest kept mode has 1.209 Hz: beyond it the dropped modes are missing']
     """
-    said, dropped = [], dropped_below(body, equations.inputs, top)
+    said = []
+    dropped = dropped_below(body, equations.inputs, top)
     if len(dropped):
         shown = ", ".join(f"{f:.4g}" for f in dropped[:SOME]) + ", ..." * (len(dropped) > SOME)
         still = int(np.sum(equations.M == 0))
@@ -79,8 +80,10 @@ def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float
     for name, b in zip(equations.inputs, equations.B.T, strict=True):
         if not name.startswith(f"{BASE}."):
             continue
-        axis, moved = DIRECTIONS.index(name.removeprefix(f"{BASE}.")), b @ (equations.M * b)
-        total, held = totals(body)[axis], 0.0 if body.modes.held is None else body.modes.held[axis]
+        axis = DIRECTIONS.index(name.removeprefix(f"{BASE}."))
+        moved = b @ (equations.M * b)
+        total = totals(body)[axis]
+        held = 0.0 if body.modes.held is None else body.modes.held[axis]
         if total > 0 and moved + held < SHOWN * total:
             effect = np.inf if top is None else _of_rigid_rest(body, axis, total - moved - held, top) / total
             right = f", which changes the force there by {100 * effect:.1f} % of a rigid body's at most"

@@ -82,7 +82,8 @@ class BoundaryRows(Record):
         That of a node with six components is its own; of several nodes it is their mean motion, weighted equally, by
         their displacements alone where these suffice. A rotation that the components do not determine is none.
         """
-        table, place = self.dof[list(nodes)], self.position[list(nodes)].mean(axis=0)
+        table = self.dof[list(nodes)]
+        place = self.position[list(nodes)].mean(axis=0)
         scale = np.repeat([1.0, self.size], 3)
         R = self.motion(place) / scale
         moved = table[:, :3][table[:, :3] >= 0]

@@ -17,7 +17,8 @@ from modalprep.supplied.nastran_rows import recovery_rows
 from modalprep.supplied.reduced import body_from_reduced
 
 STIFFNESS, MASS = ("KXX", "KAA", "KAAX"), ("MXX", "MAA", "MAAX")
-VISCOUS, STRUCTURAL = ("BXX1", "BXX", "BAA", "BAAX"), ("K4XX1", "K4XX", "K4AA", "K4AAX")
+VISCOUS = ("BXX1", "BXX", "BAA", "BAAX")
+STRUCTURAL = ("K4XX1", "K4XX", "K4AA", "K4AAX")
 SUFFIXES = (".op4", ".asm", ".pch")
 
 
@@ -78,12 +79,21 @@ def read_extseout(
     rows, unlabelled = recovery_rows(matrices, cards.tables, size, length, mass)
     try:
         return body_from_reduced(
-            name or path.stem, K, M, np.array(list(cards.position.values())), dof=dof,
-            damping=_optional(matrices, VISCOUS, size), structural_damping=_optional(matrices, STRUCTURAL, size),
-            axes=np.array(list(cards.axes.values())), names=[f"grid_{number}" for number in cards.position],
-            root=root, length_unit=length_unit, mass_unit=mass_unit, recovery=rows,
+            name or path.stem,
+            K,
+            M,
+            np.array(list(cards.position.values())),
+            dof=dof,
+            damping=_optional(matrices, VISCOUS, size),
+            structural_damping=_optional(matrices, STRUCTURAL, size),
+            axes=np.array(list(cards.axes.values())),
+            names=[f"grid_{number}" for number in cards.position],
+            root=root,
+            length_unit=length_unit,
+            mass_unit=mass_unit,
+            recovery=rows,
             provenance=_source(path, matrices, unlabelled),
-        )  # fmt: skip
+        )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -119,7 +129,8 @@ def _optional(matrices: dict[str, np.ndarray], keys: tuple[str, ...], size: int)
 
 def _rows(cards: Cards) -> tuple[np.ndarray, int]:
     """Return the row of each component of the grids (k, 6), and the number of rows."""
-    table, at = [], 0
+    table = []
+    at = 0
     for components in cards.points.values():
         if components:
             table.append([-1] * 6)

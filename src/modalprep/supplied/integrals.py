@@ -55,7 +55,8 @@ class Affine:
     """
 
     def __init__(self, rigid: Rigid) -> None:
-        self.mass, self.centre = rigid.m, rigid.s0 / rigid.m
+        self.mass = rigid.m
+        self.centre = rigid.s0 / rigid.m
         E = rigid.E0 - rigid.m * np.outer(self.centre, self.centre)
         size, axes = np.linalg.eigh(E)
         scale = np.sqrt(np.where(size > FLAT * np.trace(rigid.E0), size, 0.0))

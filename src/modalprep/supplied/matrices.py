@@ -78,7 +78,8 @@ def rigid_motion(K: np.ndarray, R: np.ndarray, inner: np.ndarray, label: Callabl
         scaled = K[np.ix_(inner, inner)] / scale / scale[:, None]
         follow = np.linalg.pinv(scaled, rcond=SINGULAR, hermitian=True) @ ((K[inner] @ R) / scale[:, None])
         R[inner] = -follow / scale[:, None]
-    force, terms = np.abs(K @ R), np.abs(K) @ np.abs(R)
+    force = np.abs(K @ R)
+    terms = np.abs(K) @ np.abs(R)
     moved = force / np.maximum(terms, 1e-6 * terms.max(axis=1, keepdims=True).max(initial=0.0) + 1e-300)
     if moved.max(initial=0.0) > STRAIN:
         k, c = (int(x) for x in np.unravel_index(np.argmax(moved), moved.shape))

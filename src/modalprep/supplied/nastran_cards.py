@@ -102,7 +102,8 @@ def _pairs(cards: list[Card]) -> dict[int, str]:
         words = [text for text in card.fields if text]
         while words:
             span = 4 if words[1:2] == ["THRU"] else 2
-            part, words = Card(card.name, words[:span], card.file, card.line), words[span:]
+            part = Card(card.name, words[:span], card.file, card.line)
+            words = words[span:]
             first = part.integer(0, "a grid", lowest=1)
             last = part.integer(2, "the last grid", lowest=first) if span == 4 else first
             components = _components(part, span - 1)
@@ -135,7 +136,8 @@ def _connected(path: Path, cards: list[Card]) -> dict[int, str]:
         words = [text for text in card.fields[8:] if text]
         while words:
             span = 6 if words[1:2] == ["THRU"] else 2
-            part, words = Card(card.name, words[:span], card.file, card.line), words[span:]
+            part = Card(card.name, words[:span], card.file, card.line)
+            words = words[span:]
             first = part.integer(0, "a point", lowest=1)
             last = part.integer(2, "the last point", lowest=first) if span == 6 else first
             _refuse_long(part, last - first)

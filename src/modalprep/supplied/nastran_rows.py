@@ -10,14 +10,28 @@ from modalprep.errors import InputError
 from modalprep.supplied.nastran_cards import TableRow
 from modalprep.supplied.rows import Rows
 
-QUANTITY = {"UG1": "displacement", "ES1": "element stress", "EE1": "element strain", "EF1": "force", "QG1": "reaction",
-            "QMG1": "constraint force"}  # fmt: skip
+QUANTITY = {
+    "UG1": "displacement",
+    "ES1": "element stress",
+    "EE1": "element strain",
+    "EF1": "force",
+    "QG1": "reaction",
+    "QMG1": "constraint force",
+}
 GRID, SCALAR, BAR = 1, 2, 34  # types of rows
 AT_BAR = {  # what the rows of a CBAR are, and the powers of length and mass in their units
-    "EF1": (("moment_a1", 2), ("moment_a2", 2), ("moment_b1", 2), ("moment_b2", 2), ("shear_1", 1), ("shear_2", 1),
-            ("axial", 1), ("torque", 2)),
+    "EF1": (
+        ("moment_a1", 2),
+        ("moment_a2", 2),
+        ("moment_b1", 2),
+        ("moment_b2", 2),
+        ("shear_1", 1),
+        ("shear_2", 1),
+        ("axial", 1),
+        ("torque", 2),
+    ),
     "ES1": tuple((name, -1) for name in ("a_c", "a_d", "a_e", "a_f", "axial", "b_c", "b_d", "b_e", "b_f")),
-}  # fmt: skip
+}
 UNITS = {-1: "Pa", 1: "N", 2: "N m"}  # by the power of length; all have the mass once
 
 
@@ -48,9 +62,11 @@ def recovery_rows(
     >>> found["MUG1"].labels[-2:], found["MUG1"].units[-2:]
     (('grid_4.r3', 'point_9'), ('rad', 'deck'))
     """
-    found, left = {}, []
+    found = {}
+    left = []
     for key, quantity in QUANTITY.items():
-        name, matrix = f"M{key}", matrices.get(f"M{key}")
+        name = f"M{key}"
+        matrix = matrices.get(f"M{key}")
         if matrix is None or matrix.shape[1] != size or not np.any(matrix):
             continue
         if f"T{key}" not in tables:

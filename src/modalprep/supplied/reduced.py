@@ -138,7 +138,8 @@ def body_from_reduced(
 def _reduced(name: str, K, M, C, ends: BoundaryRows, groups: dict[str, list[int]]):
     """Return the body, and the motion (rows, n) of the rows in SI units per modal coordinate."""
     at, G = zip(*(ends.group(nodes) for nodes in groups.values()), strict=True)
-    origin, place = at[0], np.array(at) - at[0]
+    origin = at[0]
+    place = np.array(at) - at[0]
     R = rigid_motion(K, ends.motion(origin), ends.generalised, ends.label)
     _refuse_loose_root(next(iter(groups)), G[0] @ R, ends)
     rigid = rigid_mass(M, R, ends.size)
@@ -147,15 +148,32 @@ def _reduced(name: str, K, M, C, ends: BoundaryRows, groups: dict[str, list[int]
     H, P, turn = moments(rigid, S, about, _strain(M, ends, R, rigid) @ Phi)
     moved = np.array([g @ Phi for g in G])
     moved[0] = 0.0
-    phi, psi = moved[:, :3], moved[:, 3:]
+    phi = moved[:, :3]
+    psi = moved[:, 3:]
     Kg = turning_stiffness(rigid, turn, S, H, place, phi, psi)
     total = np.diag(rigid_mass_matrix(*rigid))
     body = FlexibleBody(
-        name=name, m=rigid.m, s0=rigid.s0, E0=rigid.E0, S=S, H=H, P=P, **Kg._asdict(), phi=phi, psi=psi,
-        K=w2, D=_damping(C, Phi, w2), frequency=np.sqrt(w2) / (2 * np.pi),
-        interface_name=tuple(groups), interface_position=place, points=ends.position - origin, cells={},
-        shape=_translations(ends, Phi), modes=_table(K, M, R, ends, groups, total), provenance=_said(ends),
-    )  # fmt: skip
+        name=name,
+        m=rigid.m,
+        s0=rigid.s0,
+        E0=rigid.E0,
+        S=S,
+        H=H,
+        P=P,
+        **Kg._asdict(),
+        phi=phi,
+        psi=psi,
+        K=w2,
+        D=_damping(C, Phi, w2),
+        frequency=np.sqrt(w2) / (2 * np.pi),
+        interface_name=tuple(groups),
+        interface_position=place,
+        points=ends.position - origin,
+        cells={},
+        shape=_translations(ends, Phi),
+        modes=_table(K, M, R, ends, groups, total),
+        provenance=_said(ends),
+    )
     return body, Phi
 
 
@@ -173,11 +191,13 @@ def _modes(K: np.ndarray, M: np.ndarray, G: np.ndarray, ends: BoundaryRows) -> t
     used = (np.diag(K) > 0) | (np.diag(M) > 0)
     scale = np.repeat([1.0, ends.size], 3)
     _, _, order = qr(G * scale[:, None], pivoting=True, mode="economic")
-    held, kept = order[:6], np.setdiff1d(np.flatnonzero(used), order[:6])
+    held = order[:6]
+    kept = np.setdiff1d(np.flatnonzero(used), order[:6])
     N = np.zeros((len(K), len(kept)))
     N[kept, np.arange(len(kept))] = 1.0
     N[held] = -np.linalg.solve(G[:, held], G[:, kept])
-    k, m = N.T @ K @ N, csr_array(N.T @ M @ N)
+    k = N.T @ K @ N
+    m = csr_array(N.T @ M @ N)
     still = loose(k)
     mass, V = eigh(still.T @ (m @ still)) if still.shape[1] else (np.zeros(0), np.zeros((0, 0)))
     moved = np.abs(still @ V)

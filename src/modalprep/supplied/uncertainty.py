@@ -104,5 +104,6 @@ def _mass_across(body: FlexibleBody) -> np.ndarray:
     rest = np.sqrt(np.maximum(total - mass.sum(axis=0), 0.0))
     across = np.sqrt(mass.sum(axis=0) - mass)  # (3, n)
     taken = total - np.einsum("aaii->ai", body.P)
-    most, least = np.minimum((across + rest) ** 2, total), np.maximum(across - rest, 0.0) ** 2
+    most = np.minimum((across + rest) ** 2, total)
+    least = np.maximum(across - rest, 0.0) ** 2
     return np.maximum(most - taken, taken - least).max(axis=0)

@@ -138,7 +138,9 @@ def silent() -> Iterator[None]:
 
 def _level_of_the_user() -> int:
     """Return the number of frames between `warn` and the first one outside this package."""
-    frame, level = sys._getframe(1), 1
+    frame = sys._getframe(1)
+    level = 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "modalprep":
-        frame, level = frame.f_back, level + 1
+        frame = frame.f_back
+        level = level + 1
     return level

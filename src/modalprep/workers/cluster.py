@@ -62,11 +62,15 @@ class Cluster:
     def __init__(
         self, scheduler: Scheduler, task: Task, limits: Limits = UNLIMITED, mark: tuple[Path, str] | None = None
     ) -> None:
-        self._scheduler, self._task, self._limits, self._mark = scheduler, task, limits, mark
+        self._scheduler = scheduler
+        self._task = task
+        self._limits = limits
+        self._mark = mark
         need("distributed", "a scheduler")
         self._levels = _quiet()
         self._client, self._started = connect(scheduler)
-        self.dashboard, self._name = self._client.dashboard_link or "", uuid.uuid4().hex
+        self.dashboard = self._client.dashboard_link or ""
+        self._name = uuid.uuid4().hex
         self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._running: dict[Future, Any] = {}
         self._waiting: list[Any] = []  # for a worker that can run them
@@ -74,7 +78,9 @@ class Cluster:
         self._unfit: dict[str, float] = {}  # when workers could not run a job
         self.refused: dict[str, str] = {}
         self._said: list[str] = []
-        self._looked, self._answered, self._useless = -LOOK, monotonic(), math.inf
+        self._looked = -LOOK
+        self._answered = monotonic()
+        self._useless = math.inf
         self._hold()
         self._look()
 
@@ -103,9 +109,18 @@ class Cluster:
             return
         only = {"workers": list(self._usable)} if self._unfit else {}
         future = self._client.submit(
-            run, self._held, job, self._name, self._limits, program(), self._mark, pure=False,
-            retries=self._limits.retries, resources=self._scheduler.resources or None, **only,
-        )  # fmt: skip
+            run,
+            self._held,
+            job,
+            self._name,
+            self._limits,
+            program(),
+            self._mark,
+            pure=False,
+            retries=self._limits.retries,
+            resources=self._scheduler.resources or None,
+            **only,
+        )
         self._running[future] = job
         future.add_done_callback(self._ended.put)
 
@@ -160,7 +175,8 @@ class Cluster:
 
     def _refuse(self, address: str, cause: str) -> None:
         """Give no more jobs to a worker, for some time."""
-        self.refused[address], self._unfit[address] = cause, monotonic()
+        self.refused[address] = cause
+        self._unfit[address] = monotonic()
         self._useless = min(self._useless, monotonic())
 
     def _look(self) -> None:
@@ -181,7 +197,8 @@ class Cluster:
             address, cause = next(iter(self.refused.items()))
             raise ClusterError(f"no worker of {self._scheduler} can run the jobs: the one at {address} {cause}")
         self._unfit = {address: since for address, since in self._unfit.items() if monotonic() - since < AGAIN}
-        waiting, self._waiting = self._waiting, []
+        waiting = self._waiting
+        self._waiting = []
         for job in waiting:
             self.submit(job)
 
@@ -198,7 +215,9 @@ class Cluster:
             if monotonic() > end or self._client.status == "closed":
                 raise ClusterError(f"{self._scheduler} has gone; {KEPT}")
             sleep(LOOK / 10)
-        jobs, self._running, self._answered = list(self._running.values()), {}, monotonic()
+        jobs = list(self._running.values())
+        self._running = {}
+        self._answered = monotonic()
         self._hold()
         self._look()
         for job in jobs:

@@ -79,7 +79,7 @@ def _first_line(file: Path) -> str | None:
 
 def run(
     task: Task, job: Any, client: str, limits: Limits, wanted: dict[str, str], mark: tuple[Path, str] | None
-) -> Any:  # fmt: skip
+) -> Any:
     """Run a job in a thread of a worker, until nobody waits for it.
 
     Parameters
@@ -128,9 +128,7 @@ def _with_default(limits: Limits, worker: Any) -> Limits:
     return replace(limits, memory=whole / worker.state.nthreads)
 
 
-def _separately(
-    task: Task, job: Any, client: str, limits: Limits, stopped: Callable[[], bool], threads: int
-) -> Any:  # fmt: skip
+def _separately(task: Task, job: Any, client: str, limits: Limits, stopped: Callable[[], bool], threads: int) -> Any:
     process = ROOM.take(client, task, max(1, processors() // threads))
     process.begin(job)
     while not process.pipe.poll(LOOK):
@@ -151,7 +149,9 @@ class Room:
     """The processes of a worker that wait for their next job; one without a job for long is ended."""
 
     def __init__(self) -> None:
-        self._lock, self._idle, self._watched = threading.Lock(), [], False
+        self._lock = threading.Lock()
+        self._idle = []
+        self._watched = False
 
     def take(self, client: str, task: Task, threads: int) -> Process:
         """Return a process of a client that has no job, or a new one."""

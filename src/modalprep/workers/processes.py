@@ -46,7 +46,8 @@ class Processes:
 
     def collect(self, seconds: float) -> list[tuple[Any, Any]]:
         """Wait at most so long for a job to end; return those that did."""
-        end, found = monotonic() + seconds, []
+        end = monotonic() + seconds
+        found = []
         while not found and self._busy and (left := end - monotonic()) > 0:
             ended = connection.wait([process.pipe for process in self._busy], min(left, LOOK))
             found = [self._end(process) for process in list(self._busy) if process.pipe in ended]

@@ -19,8 +19,11 @@ class Threads:
     """
 
     def __init__(self, size: int, task: Task) -> None:
-        self.size, self._task, self._closed = size, task, Event()
-        self._executor, self._running = ThreadPoolExecutor(size), {}
+        self.size = size
+        self._task = task
+        self._closed = Event()
+        self._executor = ThreadPoolExecutor(size)
+        self._running = {}
 
     @property
     def free(self) -> int:

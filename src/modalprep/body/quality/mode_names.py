@@ -158,8 +158,11 @@ def _axis(direction: np.ndarray) -> str:
 
 def _mirrors(points: np.ndarray) -> dict[str, np.ndarray]:
     """Return, for each plane through the middle about which the nodes are symmetric, the image of each node."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    size, found, tree = float((high - low).max()), {}, cKDTree(points)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
+    size = float((high - low).max())
+    found = {}
+    tree = cKDTree(points)
     for axis in range(3):
         if high[axis] - low[axis] <= SAME * size:
             continue
@@ -172,7 +175,8 @@ def _mirrors(points: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _symmetry(u: np.ndarray, m: np.ndarray, mirrors: Mapping[str, np.ndarray]) -> str:
-    total, said = float((m * np.einsum("pi,pi->p", u, u)).sum()), []
+    total = float((m * np.einsum("pi,pi->p", u, u)).sum())
+    said = []
     for plane, node in mirrors.items():
         sign = np.array([1.0 if axis in plane else -1.0 for axis in AXES])
         parity = float((m * np.einsum("pi,pi->p", u[node] * sign, u)).sum() / total)

@@ -95,7 +95,8 @@ def assemble(
     refuse_other("assemble: the mesh", Mesh, mesh)
     refuse_unknown(str(mass), get_args(Distribution), "assemble: mass")
     refuse_far_points(mesh.points, mesh.labels, "mesh")
-    order, connections = root_first(interfaces, root), dict(connections or {})
+    order = root_first(interfaces, root)
+    connections = dict(connections or {})
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
     sections = {**mesh.properties, **properties}
@@ -170,7 +171,10 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
     pattern = Pattern.build([part.nodes for part in parts], dof)
     total = _totals(parts, pattern, dof, rule)
     built = [(part, piece) for part in parts for piece in part.pieces()]
-    blocks, inertias, masses, points = [], [], [], mesh.points - origin
+    blocks = []
+    inertias = []
+    masses = []
+    points = mesh.points - origin
     for block, inertia, pairs, stiffness, mass in ahead(
         lambda own: _evaluated(own[0].block(own[1], mesh.points, origin), rule, points, pattern), built
     ):
@@ -178,7 +182,8 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
         blocks.append(block)
         inertias.append(inertia)
         masses.append(mass.rigid.m if mass else 0.0)
-    K, M = pattern.csr(total.K), total.mass()
+    K = pattern.csr(total.K)
+    M = total.mass()
     constraints = constrain(placed.links, total.n, placed.equations, placed.kept)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
     C, free = without_unused_dofs(constraints.C, constraints.free, diagonal, placed.frames)

@@ -68,7 +68,8 @@ class GeometricStiffness:
             for some, part in _shared(run, self.pattern.graph, self.dof[:, :3], static, active, Phi):
                 out[some] += part
         if other:
-            run, dofs = partial(self._over_dofs, other), np.arange(len(Phi))[:, None]
+            run = partial(self._over_dofs, other)
+            dofs = np.arange(len(Phi))[:, None]
             for some, part in _shared(run, self.pattern, dofs, static, active, Phi):
                 out[some] += part
         if self.constraints.links:
@@ -100,9 +101,12 @@ class GeometricStiffness:
         """Return ``Phi^T Kg Phi (k, n, n)`` of the links, of each static response (n_dof, k) under its load."""
         links, step = self.constraints.links, self.constraints.step
         rows = np.concatenate([np.flatnonzero(np.diff(step.indptr)), *(np.append(x.dofs, x.frame) for x in links)])
-        rows, held = np.unique(rows[rows >= 0]), np.zeros_like(loads)
+        rows = np.unique(rows[rows >= 0])
+        held = np.zeros_like(loads)
         held[rows] = self.K[rows] @ static - loads[rows]
-        total, turns, moments = self.constraints.transferred(held), [], []
+        total = self.constraints.transferred(held)
+        turns = []
+        moments = []
         for link in self.constraints.links:
             for turning in link.geometric_stiffness(total):
                 turns.append(Phi[turning.rotations])
@@ -145,7 +149,8 @@ def _shared(matrices, pattern, dofs, static, active, Phi) -> Iterator[tuple[np.n
     ``matrices(d)`` are the entries ``(nnz, k)`` on a pattern, each applied to every column of ``dofs (m, w)``.
     """
     most = min(MANY, max(1, int(BYTES / (8 * THREADS * len(pattern.indices)))))
-    least, even = ceil(len(active) / most), THREADS * ceil(len(active) / (THREADS * most))
+    least = ceil(len(active) / most)
+    even = THREADS * ceil(len(active) / (THREADS * most))
     groups = np.array_split(active, max(least, min(even, len(active) // FEW)))
     run = partial(_projected, pattern.indptr, pattern.indices, dofs=dofs, Phi=Phi)
     return zip(groups, ahead(lambda some: run(matrices(static[:, some])), groups), strict=True)
@@ -154,12 +159,14 @@ def _shared(matrices, pattern, dofs, static, active, Phi) -> Iterator[tuple[np.n
 def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: np.ndarray, Phi: np.ndarray):
     """Return ``Phi^T A_k Phi (k, n, n)`` for ``data (nnz, k)``, by the calling thread alone."""
     n, k = Phi.shape[1], data.shape[1]
-    out, ends = np.empty((k, n, n)), np.linspace(0, n, ceil(n / COLUMNS) + 1).astype(int)
+    out = np.empty((k, n, n))
+    ends = np.linspace(0, n, ceil(n / COLUMNS) + 1).astype(int)
     for J in map(slice, ends[:-1], ends[1:]):
         for first, total in _lower(indptr, indices, data, dofs, Phi, J):
             part = total.reshape(len(total), -1, k).transpose(2, 0, 1)
             columns = slice(first, first + part.shape[2])
-            out[:, first:, columns], out[:, columns, first:] = part, part.transpose(0, 2, 1)
+            out[:, first:, columns] = part
+            out[:, columns, first:] = part.transpose(0, 2, 1)
             square = out[:, columns, columns]
             square[:] = (square + square.transpose(0, 2, 1)) / 2
     return out
@@ -170,14 +177,18 @@ def _lower(indptr, indices, data, dofs, Phi, J: slice) -> list[tuple[int, np.nda
 
     Rows of nodes that do not move are left out.
     """
-    k, w, b = data.shape[1], dofs.shape[1], J.stop - J.start
-    X, moving = Phi[:, J][dofs].reshape(len(dofs), -1), np.flatnonzero(np.any(np.any(Phi, axis=1)[dofs], axis=1))
+    k = data.shape[1]
+    w = dofs.shape[1]
+    b = J.stop - J.start
+    X = Phi[:, J][dofs].reshape(len(dofs), -1)
+    moving = np.flatnonzero(np.any(np.any(Phi, axis=1)[dofs], axis=1))
     found = [(j, np.zeros((Phi.shape[1] - j, min(WIDTH, J.stop - j) * k))) for j in range(J.start, J.stop, WIDTH)]
     force = np.empty((max(1, ROWS // w), w * b, k))
     for start in range(0, len(moving), len(force)):
         rows = moving[start : start + len(force)]
         products(rows, indptr, indices, data, X, force)
-        left, right = Phi[dofs[rows]].reshape(-1, Phi.shape[1]), force[: len(rows)].reshape(-1, b * k)
+        left = Phi[dofs[rows]].reshape(-1, Phi.shape[1])
+        right = force[: len(rows)].reshape(-1, b * k)
         for j, total in found:
             place = (j - J.start) * k
             add_inner_alone(left[:, j:], right[:, place : place + total.shape[1]], total)

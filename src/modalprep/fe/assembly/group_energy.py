@@ -66,7 +66,8 @@ class Groups:
         >>> model.groups.summed(model.strain_energy.volume()).round(4)  # 4e-4 m^2 times 10 m
         array([0.004])
         """
-        names, start = self.names, dict.fromkeys(values, 0)
+        names = self.names
+        start = dict.fromkeys(values, 0)
         found = np.zeros((len(names), *next(iter(values.values())).shape[1:]))
         for group, kind, inertia in zip(self.of, self.kinds, self.inertias, strict=True):
             rows = slice(start[kind], start[kind] + len(inertia.nodes))

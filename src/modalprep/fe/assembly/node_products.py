@@ -44,7 +44,8 @@ class NodeProducts:
 
     def matrix(self, a: int, b: int, n: int) -> csr_array:
         """Return ``M_ab (n, n)`` over the DOFs."""
-        (left, right), m = (self._pick(c, n) for c in (a, b)), self.graph.shape[0]
+        left, right = (self._pick(c, n) for c in (a, b))
+        m = self.graph.shape[0]
         values = self.data[:, _rows(a)][:, :, _rows(b)]
         products = bsr_array((values, self.graph.indices, self.graph.indptr), shape=(4 * m, 4 * m))
         return (left.T @ products @ right).tocsr()
@@ -64,7 +65,8 @@ class NodeProducts:
 
     def _of_rows(self, b: int) -> Iterator[tuple[slice, bsr_array]]:
         """Yield the products of the functions of displacements a <= b of some nodes with those of b of all."""
-        indptr, m = self.graph.indptr, self.graph.shape[0]
+        indptr = self.graph.indptr
+        m = self.graph.shape[0]
         rows = np.append(np.arange(3 * b + 3), N)
         for some in (slice(k, min(k + ROWS, m)) for k in range(0, m, ROWS)):
             held = slice(indptr[some.start], indptr[some.stop])

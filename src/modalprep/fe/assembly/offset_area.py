@@ -37,7 +37,8 @@ def _joined(mesh: Mesh, part: Part) -> tuple[np.ndarray, np.ndarray]:
     own = np.concatenate([block.offset[:, None] * block.frame[:, 2] for block in blocks])[:, None]
     total = np.zeros((len(mesh.points), 3))
     np.add.at(total, part.nodes, np.broadcast_to(own, (*part.nodes.shape, 3)))
-    size, length = np.linalg.norm(own, axis=2), np.linalg.norm(total, axis=1, keepdims=True)
+    size = np.linalg.norm(own, axis=2)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
     mean = (total / np.where(length > 0, length, 1.0))[part.nodes]
     smooth = np.sum(own * mean, axis=2) > SMOOTH * size
     return mesh.points[part.nodes], np.where(smooth[..., None], size[..., None] * mean, own)

@@ -115,14 +115,16 @@ def _kinds(mesh: Mesh, group: str, section: Property) -> list[str]:
     if isinstance(section, Spring) and "line" in kinds:
         kinds = ["line"]  # the vertices of such a group are its ends
     if not kinds or set(kinds) - set(wanted):
-        has, name = ", ".join(mesh.group(group)), type(section).__name__.lower()
+        has = ", ".join(mesh.group(group))
+        name = type(section).__name__.lower()
         raise InputError(f"group {group!r} has {has} cells, but type {name!r} needs {' or '.join(wanted)} cells")
     return kinds
 
 
 def _left_out(mesh: Mesh, covered: dict[str, np.ndarray], boundary: set[str]) -> list[str]:
     """Refuse cells of the highest dimension without a property; note those of lower dimension."""
-    notes, top = [], max(cell_dimension(kind) for kind in covered)
+    notes = []
+    top = max(cell_dimension(kind) for kind in covered)
     for kind, count in covered.items():
         for name in boundary & set(mesh.groups):
             count[mesh.groups[name].get(kind, [])] += 1

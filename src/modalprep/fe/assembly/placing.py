@@ -36,8 +36,11 @@ class Placed(NamedTuple):
 
 def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet] = NOTHING) -> Placed:
     """Place the interface frames in the order of the positions `at`, the root first, and every constraint."""
-    frames, links, extra = [], [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))], len(mesh.points)
-    root, more = next(iter(at)), []
+    frames = []
+    links = [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))]
+    extra = len(mesh.points)
+    root = next(iter(at))
+    more = []
     for name, position in at.items():
         spec, own = interfaces[name], nodes[name]
         framed = spec.kind != "node"
@@ -46,7 +49,8 @@ def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet]
         tied = own[dof[own, 0] >= 0] if framed else np.zeros(0, dtype=int)
         _refuse_loose(name, spec, frame, tied, dof, mesh.points)
         if framed and spec.kind != "support":
-            arm, ones = mesh.points[tied] - position, np.ones(len(tied))
+            arm = mesh.points[tied] - position
+            ones = np.ones(len(tied))
             every = np.ones(6, dtype=bool)
             over, note = cells_of(mesh, spec, tied) if spec.kind == "rbe3" else ({}, "")
             more += [f"interface {name!r}: {note}"] * bool(note)
@@ -75,7 +79,8 @@ def _support(mesh, name, held: SupportSet, root: InterfaceFrame, origin, dof, ri
     components = held.components[other]
     if not np.any((dof[nodes] >= 0) & components) and np.all(other):
         raise InputError(f"support {name!r} holds nothing: its nodes have none of its components, or others hold them")
-    ones, arm = np.ones(len(nodes)), mesh.points[nodes] - origin
+    ones = np.ones(len(nodes))
+    arm = mesh.points[nodes] - origin
     return PlacedLink("rbe2", f"support {name!r}", root.dofs, dof[nodes], arm, components, ones, True, axes)
 
 
@@ -106,7 +111,8 @@ def _make_independent(links: list[PlacedLink], node: np.ndarray) -> None:
         for i, link in enumerate(links):
             k = -1 if link.keeps_frame else link.follower(node)
             if k >= 0:
-                links[i], node = replace(link.rooted_at(k), keeps_frame=True), link.frame
+                links[i] = replace(link.rooted_at(k), keeps_frame=True)
+                node = link.frame
                 break
             if link.kind == "rbe3" and np.array_equal(link.frame, node) and link.components.all():
                 links[i] = replace(link, keeps_frame=True)

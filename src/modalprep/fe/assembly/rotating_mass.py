@@ -90,7 +90,8 @@ class RotatingMass:
 def _forms(arms: RotatingArms, turns: np.ndarray, force: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
     """Yield number and form ``(n, n)`` of rotations ``turns (ne, ns, 3, n)`` for forces ``(ne, ns, 3, k)``."""
     ne, ns, _, n = turns.shape
-    flat, rows = turns.reshape(ne * ns, 3, n), (ne * ns * 3, n)
+    flat = turns.reshape(ne * ns, 3, n)
+    rows = (ne * ns * 3, n)
     for k in range(force.shape[3]):
         if np.any(force[..., k]):
             form = link_geometric_stiffness(force[..., k][:, :, None], arms.arm[:, :, None]).reshape(-1, 3, 3)

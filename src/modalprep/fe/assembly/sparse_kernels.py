@@ -13,7 +13,8 @@ def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
     for node in range(lo, hi):
         for c in range(count[node]):
             for k in range(indptr[node], indptr[node + 1]):
-                at, first = row[node, c] + column[k], dof[neighbour[k], 0]
+                at = row[node, c] + column[k]
+                first = dof[neighbour[k], 0]
                 for d in range(count[neighbour[k]]):
                     indices[at + d] = first + d
 
@@ -26,7 +27,8 @@ def find_pairs(lo, hi, nodes, indptr, neighbour, pairs):
     """
     for e in range(lo, hi):
         for i in range(nodes.shape[1]):
-            start, end = indptr[nodes[e, i]], indptr[nodes[e, i] + 1]
+            start = indptr[nodes[e, i]]
+            end = indptr[nodes[e, i] + 1]
             for j in range(nodes.shape[1]):
                 pairs[e, i, j] = _find(neighbour, start, end, nodes[e, j])
 
@@ -90,7 +92,8 @@ def add_functions(lo, hi, indptr, neighbour, products, place, data):
                 for b in range(10):
                     B[a, b] = (products[k, a, b] + products[back, b, a]) / 2
             for c in range(3):
-                at, turned = row[i, c] + start, row[i, 3 + c] + start
+                at = row[i, c] + start
+                turned = row[i, 3 + c] + start
                 data[at + c] += B[9, 9]
                 for d in range(3):
                     data[at + 3 + d] += B[9, 3 * c + d]
@@ -110,7 +113,8 @@ def products(rows, indptr, indices, data, X, force):
         longest = max(longest, indptr[row + 1] - indptr[row])
     touched = np.empty((longest, X.shape[1]))
     for r in range(len(rows)):
-        start, count = indptr[rows[r]], indptr[rows[r] + 1] - indptr[rows[r]]
+        start = indptr[rows[r]]
+        count = indptr[rows[r] + 1] - indptr[rows[r]]
         for p in range(count):
             touched[p] = X[indices[start + p]]
         np.dot(touched[:count].T, data[start : start + count], force[r])

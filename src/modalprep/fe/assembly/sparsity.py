@@ -85,7 +85,8 @@ class Pattern:
 
     def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
         """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
-        out, width = np.zeros(dof.shape), np.sum(dof >= 0, axis=1)
+        out = np.zeros(dof.shape)
+        width = np.sum(dof >= 0, axis=1)
         in_threads(diagonal, len(self.row), *self.place, width, data, out, least=LIGHT)
         return out[dof >= 0]
 

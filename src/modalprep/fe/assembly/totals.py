@@ -55,7 +55,10 @@ class MassTensor:
         n: int,
         exact: bool = True,
     ) -> None:
-        self._dof, self._scalar, self._functions, self._pairs = dof, scalar, functions, pairs
+        self._dof = dof
+        self._scalar = scalar
+        self._functions = functions
+        self._pairs = pairs
         self._n, self.exact = n, exact
 
     def __getitem__(self, pair: tuple[int, int]) -> csr_array:

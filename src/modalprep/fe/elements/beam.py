@@ -103,7 +103,9 @@ class BeamBlock(Corotational):
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; the section adds two samples per point."""
-        s, own, nq = self.section, self.inside, self.dx.shape[1]
+        s = self.section
+        own = self.inside
+        nq = self.dx.shape[1]
         motion = self.at_nodes.value
         tx, ty, tz = np.moveaxis(motion[:, :, 3:], 2, 0)
         zero = np.zeros_like(tx)
@@ -169,7 +171,8 @@ class BeamBlock(Corotational):
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
         """v', w', tx', tx, ty, tz, ty', tz' at the quadrature points; rotations of both ends."""
-        own, ends = self.inside, self.outside.ends()
+        own = self.inside
+        ends = self.outside.ends()
         fields = np.concatenate([own.grad[:, :, 1:4], own.value[:, :, 3:], own.grad[:, :, 4:]], axis=2)
         return fields, ends[:, [3, 4, 5, 9, 10, 11]]
 
@@ -183,7 +186,9 @@ class BeamBlock(Corotational):
         """
         own, E, G = self.inside, self.section.material.E, self.section.material.G
         first, second = ((x @ d[:, None, :, None])[..., 0] for x in (self.at_nodes.grad, self.at_nodes.rate))
-        N, My, Mz = E * own.A * first[..., 0], E * own.Iy * first[..., 4], E * own.Iz * first[..., 5]
+        N = E * own.A * first[..., 0]
+        My = E * own.Iy * first[..., 4]
+        Mz = E * own.Iz * first[..., 5]
         Vz, Vy = E * own.Iy * second[..., 0], -E * own.Iz * second[..., 1]
         weight = np.zeros((*self.dx.shape, 8, 8))
         weight[..., 0, 0] = weight[..., 1, 1] = N

@@ -84,7 +84,8 @@ class ThreeNodeBeamBlock:
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1."""
-        ne, parts = len(self.nodes), [block.mass() for block in self.halves]
+        ne = len(self.nodes)
+        parts = [block.mass() for block in self.halves]
         shapes = (ne, 18, 3), (ne, 18, 3, 3), (ne, 6, 18, 18)
         g, h, pairs = (np.zeros(shape, dtype=parts[0].g.dtype) for shape in shapes)
         for part, dofs in zip(parts, DOFS, strict=True):
@@ -129,7 +130,8 @@ def _half(section: Beam, k: int) -> Beam:
     """Return the first or second half of a tapered beam."""
     if not section.taper:
         return section
-    a, b = k / 2, (k + 1) / 2
+    a = k / 2
+    b = (k + 1) / 2
     places = [a, *(x for x, *_ in section.taper if a < x < b), b]
     return replace(section, taper=tuple((2 * (x - a), *section.at(x)) for x in places))
 

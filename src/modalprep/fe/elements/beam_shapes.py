@@ -126,7 +126,8 @@ def along(length: np.ndarray, section: Beam, pins: np.ndarray | None = None) -> 
     outside = _fields(section, np.array([0.0, 1.0]), np.tile(length[:, None] / 2, 2), value, strain, F, ends)
     if pins is not None and np.any(pins):
         T = released(inside.stiffness(section), pins, length)
-        inside, outside = inside.transformed(T), outside.transformed(T)
+        inside = inside.transformed(T)
+        outside = outside.transformed(T)
     if any(section.shear_centre):
         inside, outside = (_at_centroid(fields, section.shear_centre) for fields in (inside, outside))
     return inside, outside
@@ -171,7 +172,9 @@ def _integrals_to(x: np.ndarray, w: np.ndarray) -> np.ndarray:
     >>> _integrals_to(x, np.array([0.5, 0.5])) @ x  # of x itself
     array([0.03125, 0.28125])
     """
-    y, others = x[:, None] * x, ~np.eye(len(x), dtype=bool)  # (n, n): Gauss points up to each of the points
+    # (n, n): Gauss points up to each of the points
+    y = x[:, None] * x
+    others = ~np.eye(len(x), dtype=bool)
     polynomials = [np.prod((y[..., None] - x[some]) / (x[j] - x[some]), axis=2) for j, some in enumerate(others)]
     return x[:, None] * np.stack([p @ w for p in polynomials], axis=1)
 

@@ -80,8 +80,11 @@ def line_rotation(length: np.ndarray) -> np.ndarray:
     >>> line_rotation(np.array([2.0]))[0, 2, [1, 7]]  # about e3, by the displacements along e2
     array([-0.5,  0.5])
     """
-    axes_rotation, across = np.zeros((len(length), 3, 2, 6)), np.array([-1.0, 1.0]) / length[:, None]
-    axes_rotation[:, 0, :, 3], axes_rotation[:, 1, :, 2], axes_rotation[:, 2, :, 1] = 0.5, -across, across
+    axes_rotation = np.zeros((len(length), 3, 2, 6))
+    across = np.array([-1.0, 1.0]) / length[:, None]
+    axes_rotation[:, 0, :, 3] = 0.5
+    axes_rotation[:, 1, :, 2] = -across
+    axes_rotation[:, 2, :, 1] = across
     return axes_rotation.reshape(-1, 3, 12)
 
 
@@ -115,8 +118,10 @@ class Corotational:
     def geometric_stiffnesses(self, d: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the geometric stiffness of each of the displacements ``d (ne, 6n, k)``."""
         ne, n, _ = self.arm.shape
-        K, T = self.stiffness(), node_transformation(self.frame, self.arm)
-        axes_rotation, position = self.frame.transpose(0, 2, 1) @ self.axes_rotation @ T, self.position @ self.frame
+        K = self.stiffness()
+        T = node_transformation(self.frame, self.arm)
+        axes_rotation = self.frame.transpose(0, 2, 1) @ self.axes_rotation @ T
+        position = self.position @ self.frame
         at_points, at_sides = (_applied(fields, self._straining() @ T) for fields in self.inner_fields())
         for k in range(d.shape[2]):
             force, moment = np.split((K @ d[:, :, k, None]).reshape(ne, n, 6), 2, axis=2)
@@ -133,7 +138,8 @@ class Corotational:
         """Return the projector ``(ne, 6n, 6n)`` on displacements without the rotation of the element."""
         ne, n, _ = self.position.shape
         rigid = np.zeros((ne, n, 6, 3))
-        rigid[:, :, :3], rigid[:, :, 3:] = -skew(self.position), np.eye(3)
+        rigid[:, :, :3] = -skew(self.position)
+        rigid[:, :, 3:] = np.eye(3)
         return np.eye(6 * n) - rigid.reshape(ne, 6 * n, 3) @ self.axes_rotation
 
     def energy(self, d: np.ndarray) -> np.ndarray:

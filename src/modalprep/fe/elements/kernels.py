@@ -63,7 +63,8 @@ def ahead(function: Callable, items: Iterable) -> Iterator:
 
     The calling thread evaluates one of the next itself where it would have to wait. NumPy's products use one thread.
     """
-    items, jobs = deque(items), deque()
+    items = deque(items)
+    jobs = deque()
     if min(THREADS, len(items)) < 2:
         yield from map(function, items)
         return
@@ -265,7 +266,9 @@ def stress_stiffness(lo, hi, grad, sigma, dx, S):
         for q in range(grad.shape[1]):
             s = sigma[e, q]
             for i in range(grad.shape[2]):
-                x, y, z = dx[e, q] * grad[e, q, i, 0], dx[e, q] * grad[e, q, i, 1], dx[e, q] * grad[e, q, i, 2]
+                x = dx[e, q] * grad[e, q, i, 0]
+                y = dx[e, q] * grad[e, q, i, 1]
+                z = dx[e, q] * grad[e, q, i, 2]
                 for b in range(3):
                     for k in range(S.shape[3]):
                         flux[b, k] = x * s[0, b, k] + y * s[1, b, k] + z * s[2, b, k]

@@ -87,9 +87,11 @@ class LumpedMass:
 
     def _scalar(self) -> MassObjects:
         (ne, nn), c = self.nodes.shape, self.components
-        g, h = np.zeros((ne, nn, c, 3)), np.zeros((ne, nn, c, 3, 3))
+        g = np.zeros((ne, nn, c, 3))
+        h = np.zeros((ne, nn, c, 3, 3))
         for a in range(3):
-            g[:, :, a, a], h[:, :, a, a] = self.weight, self.weight[..., None] * self.at
+            g[:, :, a, a] = self.weight
+            h[:, :, a, a] = self.weight[..., None] * self.at
         scalar = self.weight[:, :, None] * np.eye(nn)
         rigid = rigid_from_samples(self.weight, np.ones(nn), self.at)
         return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, scalar)
@@ -108,7 +110,8 @@ def nodal_masses(block: Block) -> np.ndarray:
     """
     if isinstance(block, BeamBlock):
         return block.nodal_masses()
-    mass, (ne, nn) = block.mass(), block.nodes.shape
+    mass = block.mass()
+    ne, nn = block.nodes.shape
     rows = mass.g.reshape(ne, nn, block.components, 3)[:, :, 0, 0]
     total = rows.sum(axis=1, keepdims=True)
     if np.all(rows > 1e-9 * total):

@@ -50,11 +50,13 @@ class MassObjects(NamedTuple):
             nn = self.scalar.shape[1]
             unit = np.diag(np.arange(nl // nn) < 3).astype(float)
             return np.einsum("eij,ab->eiajb", self.scalar, unit).reshape(ne, nl, nl)
-        nn, total = nl // 6, 0.0
+        nn = nl // 6
+        total = 0.0
         for a in range(3):
             pick = np.zeros((nn, 10, nn, 6))
             for i in range(nn):
-                pick[i, 9, i, a], pick[i, 3 * a : 3 * a + 3, i, 3:] = 1.0, np.eye(3)
+                pick[i, 9, i, a] = 1.0
+                pick[i, 3 * a : 3 * a + 3, i, 3:] = np.eye(3)
             pick = pick.reshape(10 * nn, 6 * nn)
             total = total + pick.T @ self.functions @ pick
         return total
@@ -69,7 +71,8 @@ class MassObjects(NamedTuple):
         products = self.functions.reshape(ne, nn, 10, nn, 10)[:, :, 9]
         rows = np.zeros((ne, nn, 3, nn, 6))
         for a in range(3):
-            rows[:, :, a, :, a], rows[:, :, a, :, 3:] = products[..., 9], products[..., 3 * a : 3 * a + 3]
+            rows[:, :, a, :, a] = products[..., 9]
+            rows[:, :, a, :, 3:] = products[..., 3 * a : 3 * a + 3]
         return rows.reshape(ne, nn, 3, nl)
 
 
@@ -119,9 +122,11 @@ class NodalFunctions(NamedTuple):
         weighted = np.swapaxes(self.weight[..., None] * values, 1, 2)
         unit = np.broadcast_to(self.unit[:, None], (ne, ns, 1))
         moments = (weighted @ np.concatenate([unit, self.position], axis=2)).reshape(ne, nn, 10, 4)
-        g, h = np.zeros((ne, nn, 6, 3)), np.zeros((ne, nn, 6, 3, 3))
+        g = np.zeros((ne, nn, 6, 3))
+        h = np.zeros((ne, nn, 6, 3, 3))
         for a in range(3):
-            moved, turned = moments[:, :, 9], moments[:, :, 3 * a : 3 * a + 3]
+            moved = moments[:, :, 9]
+            turned = moments[:, :, 3 * a : 3 * a + 3]
             g[:, :, a, a], g[:, :, 3:, a] = moved[..., 0], turned[..., 0]
             h[:, :, a, a], h[:, :, 3:, a] = moved[..., 1:], turned[..., 1:]
         rigid = rigid_from_samples(self.weight, self.unit, self.position)
@@ -145,5 +150,6 @@ def mass_from_samples(s: MassSamples) -> MassObjects:
 
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:
     """Mass, first and second moments of the samples."""
-    at, mass = position.reshape(-1, 3), weight.reshape(-1, 1)
+    at = position.reshape(-1, 3)
+    mass = weight.reshape(-1, 1)
     return RigidInertia(m=np.sum(weight @ unit).item(), s0=(weight * unit).reshape(-1) @ at, E0=at.T @ (mass * at))

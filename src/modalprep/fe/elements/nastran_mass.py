@@ -89,7 +89,8 @@ class NastranMass:
 
     def _along(self) -> MassSamples:
         """The mass of a rod at two Gauss points of its line."""
-        at, ends = np.array([0.5 - 3**-0.5 / 2, 0.5 + 3**-0.5 / 2]), self.lumped.samples()
+        at = np.array([0.5 - 3**-0.5 / 2, 0.5 + 3**-0.5 / 2])
+        ends = self.lumped.samples()
         N = np.stack([1 - at, at])
         position, shape = (np.einsum("is,ei...->es...", N, x) for x in (ends.position, ends.shape))
         total = self.lumped.weight.sum(axis=1, keepdims=True)
@@ -135,6 +136,7 @@ def _scaled(samples: MassSamples, factor: float) -> MassSamples:
 
 
 def _joined(parts: list[MassSamples]) -> MassSamples:
-    weight, position, shape = (np.concatenate([getattr(p, k) for p in parts], axis=1)
-                               for k in ("weight", "position", "shape"))  # fmt: skip
+    weight, position, shape = (
+        np.concatenate([getattr(p, k) for p in parts], axis=1) for k in ("weight", "position", "shape")
+    )
     return MassSamples(weight, np.concatenate([p.unit for p in parts]), position, shape)

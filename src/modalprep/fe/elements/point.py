@@ -58,7 +58,8 @@ class MassBlock:
         ``int x x^T dm = tr(J)/2 - J`` about the mass centre; each principal axis of it is a sample whose
         displacement is ``theta x axis``.
         """
-        s, ne = self.section, len(self.nodes)
+        s = self.section
+        ne = len(self.nodes)
         size, axes = np.linalg.eigh(second_moment(s.inertia))
         position = np.concatenate([(self.at + s.offset)[:, None], np.repeat(axes.T[None], ne, axis=0)], axis=1)
         shape = np.zeros((ne, 4, 3, 6))
@@ -76,12 +77,15 @@ class MassBlock:
         """Arms to the mass centre, and along the principal axes of inertia."""
         if self.components == 3:
             return None
-        s, ne = self.section, len(self.nodes)
+        s = self.section
+        ne = len(self.nodes)
         size, axes = np.linalg.eigh(second_moment(s.inertia))
         rotation = np.zeros((ne, 1, 3, 6))
         rotation[..., 3:] = np.eye(3)
-        parts = [section_arms(np.full((ne, 1), weight), np.tile(axis, (ne, 1, 1)), rotation)
-                 for weight, axis in zip(size, axes.T, strict=True)]  # fmt: skip
+        parts = [
+            section_arms(np.full((ne, 1), weight), np.tile(axis, (ne, 1, 1)), rotation)
+            for weight, axis in zip(size, axes.T, strict=True)
+        ]
         if any(s.offset):
             offset = np.tile(s.offset, (ne, 1, 1))
             shape = np.concatenate([np.tile(np.eye(3), (ne, 1, 1, 1)), -skew(offset)], axis=3)

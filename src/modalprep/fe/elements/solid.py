@@ -130,7 +130,8 @@ class SolidBlock:
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; one scalar matrix serves all components."""
-        N, dx = shapes(self.kind, DEGREE[self.kind][2])[0], self._measure()
+        N = shapes(self.kind, DEGREE[self.kind][2])[0]
+        dx = self._measure()
         rho = self.section.material.rho * dx
         ne, nn = self.nodes.shape
         products = (N[:, :, None] * N[:, None]).reshape(len(N), -1)
@@ -138,7 +139,8 @@ class SolidBlock:
         position = np.swapaxes(np.tensordot(N, self.x, (1, 1)), 0, 1)
         first = rho @ N
         moment = np.swapaxes(np.tensordot(N, rho[..., None] * position, (0, 1)), 0, 1)
-        g, h = np.zeros((ne, nn, 3, 3)), np.zeros((ne, nn, 3, 3, 3))
+        g = np.zeros((ne, nn, 3, 3))
+        h = np.zeros((ne, nn, 3, 3, 3))
         for a in range(3):
             g[:, :, a, a] = first
             h[:, :, a, a] = moment

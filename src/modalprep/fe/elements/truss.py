@@ -128,9 +128,11 @@ class TrussBlock(Corotational):
     def mass(self) -> MassObjects:
         """Consistent mass of a line without thickness."""
         rho = (self.section.material.rho * self.section.A + self.section.nsm) * self.length
-        ne, c = len(rho), self.components
+        ne = len(rho)
+        c = self.components
         scalar = rho[:, None, None] * LINEAR_MASS
-        g, h = np.zeros((ne, 2, c, 3)), np.zeros((ne, 2, c, 3, 3))
+        g = np.zeros((ne, 2, c, 3))
+        h = np.zeros((ne, 2, c, 3, 3))
         moment = scalar @ self.ends
         for a in range(3):
             g[:, :, a, a] = rho[:, None] / 2
@@ -141,7 +143,8 @@ class TrussBlock(Corotational):
 
     def _between_nodes(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
         """Put ``[[k, -k], [-k, k]]`` of ``(ne, 3, 3)`` matrices on the DOFs."""
-        ne, c = len(self.length), self.components
+        ne = len(self.length)
+        c = self.components
         K = np.zeros((ne, 2, c, 2, c))
         for i in range(2):
             for j in range(2):

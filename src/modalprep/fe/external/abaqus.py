@@ -91,7 +91,8 @@ def _rows(lines: list[str]) -> np.ndarray:
     for k, line in enumerate(line for line in lines if line and not line.startswith("*")):
         numbers = [int(x) for x in line.replace(",", " ").split()]
         dofs |= {0: numbers} if k == 0 else {numbers[0] - 1: numbers[1:]}
-    rows, held = [], dofs.get(0, [])
+    rows = []
+    held = dofs.get(0, [])
     for k, node in enumerate(nodes):
         held = dofs.get(k, held)
         rows += [(node, dof - 1) for dof in held]

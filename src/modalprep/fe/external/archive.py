@@ -124,7 +124,9 @@ class Members:
 
 def _parts(members: Members) -> sparse.csr_array:
     """Matrix of the arrays that `scipy.sparse.save_npz` writes."""
-    kind, shape, data = members["format"].item(), members["shape"], members["data"]
+    kind = members["format"].item()
+    shape = members["shape"]
+    data = members["data"]
     kind = kind.decode() if isinstance(kind, bytes) else kind
     if kind == "coo":
         return sparse.coo_array((data, (members["row"], members["col"])), shape=tuple(shape)).tocsr()

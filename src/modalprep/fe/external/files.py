@@ -64,9 +64,15 @@ class Matrices(Mesh):
         if self.held:
             raise InputError(self.held)
         return model_from_matrices(
-            self.K, self.M, self, self.dof,
-            interfaces=interfaces, root=root, length_unit=self.units[0], mass_unit=self.units[1],
-        )  # fmt: skip
+            self.K,
+            self.M,
+            self,
+            self.dof,
+            interfaces=interfaces,
+            root=root,
+            length_unit=self.units[0],
+            mass_unit=self.units[1],
+        )
 
 
 def read_matrices(

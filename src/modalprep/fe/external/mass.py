@@ -24,7 +24,8 @@ from modalprep.fe.assembly.totals import MassTensor
 from modalprep.fe.elements.mass import PAIRS, RigidInertia
 
 EPS = np.zeros((3, 3, 3))  # permutation symbol
-EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
+EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = -1.0
 
 
 def rigid_inertia(M: csr_array, R: np.ndarray) -> RigidInertia:

@@ -115,7 +115,8 @@ def model_from_matrices(
     if K.shape != M.shape:
         raise InputError(f"stiffness has {K.shape[0]} rows, mass {M.shape[0]}; export both with the same DOFs")
     dof = dof_table(dof, len(mesh.points), K.shape[0], mesh.labels)
-    at, scale = Places(dof, mesh.labels), _scale(dof, K.shape[0], length)
+    at = Places(dof, mesh.labels)
+    scale = _scale(dof, K.shape[0], length)
     K, M = (
         (symmetric(A, name, at) * scale * scale[:, None] * mass).tocsr() for A, name in ((K, "stiffness"), (M, "mass"))
     )
@@ -136,7 +137,8 @@ def model_from_matrices(
 def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     """Add the frames of the interfaces to the DOFs and take every integral from M."""
     interfaces, sets, at = placed
-    origin, n = next(iter(at.values())), K.shape[0]
+    origin = next(iter(at.values()))
+    n = K.shape[0]
     at_frames = [position for name, position in at.items() if interfaces[name].kind != "node"]
     dof = np.concatenate([dof, n + np.arange(6 * len(at_frames)).reshape(-1, 6)])
     K, M = (_widened(A, n + 6 * len(at_frames)) for A in (K, M))
@@ -301,7 +303,8 @@ def _widened(A: csr_array, n: int) -> csr_array:
 
 
 def _refuse_bad_motion(K, M, R, points, at) -> None:
-    r, size = rigid_inertia(M, R), float(np.ptp(points, axis=0).max())
+    r = rigid_inertia(M, R)
+    size = float(np.ptp(points, axis=0).max())
     refuse_unequal_mass(R.T @ (M @ R), r.m, r.s0, size)
     refuse_strain(K, R, at)
 

@@ -84,7 +84,8 @@ class _Text:
     """Text files: integers in fields of eight, numbers in the format of the header."""
 
     def __init__(self, content: bytes) -> None:
-        self.lines, self.at = content.replace(b"\r", b"").split(b"\n"), 0
+        self.lines = content.replace(b"\r", b"").split(b"\n")
+        self.at = 0
         self.per_line, self.width = 5, 16
 
     def _next(self) -> bytes:
@@ -169,7 +170,8 @@ class _Binary:
             yield from self._strings(record[12:], column - 1, big, kind)
 
     def _strings(self, data: bytes, column: int, big: bool, kind: int) -> Iterator[Piece]:
-        at, head = 0, 8 if big else 4
+        at = 0
+        head = 8 if big else 4
         while at < len(data):
             numbers = struct.unpack_from(f"{self.order}{head // 4}i", data, at)
             length, row = numbers if big else divmod(numbers[0], STRING)

@@ -79,7 +79,8 @@ def fit_cylinder(points: np.ndarray, normals: np.ndarray) -> Cylinder | None:
     variance, axes = np.linalg.eigh(normals.T @ normals / (normals**2).sum())
     if len(points) < 6 or variance[1] < FLAT:
         return None
-    origin, size = points.mean(axis=0), np.ptp(points, axis=0).max()
+    origin = points.mean(axis=0)
+    size = np.ptp(points, axis=0).max()
     found = _circle((points - origin) / size, axes[:, 0])
     for _ in range(STEPS):
         if found is None or not 0 < found.radius < 1e3:

@@ -156,7 +156,8 @@ def _merged(skin: Skin, found: list[tuple[Cylinder, np.ndarray, bool]]) -> Itera
         same = [one for one in found if one[2] == hole and first.coaxial(one[0], slack)]
         found = [one for one in found if not any(one is other for other in same)]
         rows = np.concatenate([one[1] for one in same])
-        cylinder, nodes = (_whole(skin, rows) or (first, rows))[0], skin.nodes(rows)
+        cylinder = (_whole(skin, rows) or (first, rows))[0]
+        nodes = skin.nodes(rows)
         if cylinder.gap(skin.points[nodes]) < FULL:
             yield _placed(cylinder, skin, rows, hole)
 

@@ -47,7 +47,8 @@ def plane_faces(skin: Skin, most: int = 12) -> list[PlaneFace]:
     """
     if not len(skin.faces):
         return []
-    size, found = float(np.ptp(skin.points, axis=0).max()), []
+    size = float(np.ptp(skin.points, axis=0).max())
+    found = []
     for rows in skin.regions(skin.neighbours(LEVEL)):
         plane = _plane(skin, rows)
         off = np.abs((skin.points[skin.nodes(rows)] - plane.point) @ plane.normal).max()
@@ -63,7 +64,8 @@ def plane_faces(skin: Skin, most: int = 12) -> list[PlaneFace]:
 
 
 def _plane(skin: Skin, rows: np.ndarray) -> PlaneFace:
-    area, middle = skin.area[rows], skin.points[skin.faces[rows]]
+    area = skin.area[rows]
+    middle = skin.points[skin.faces[rows]]
     weight = np.where(skin.faces[rows, 2] == skin.faces[rows, 3], 0.0, 1.0)[:, None]
     middle = (middle[:, :3].sum(axis=1) + weight * middle[:, 3]) / (3 + weight)
     normal = area @ skin.normals[rows]

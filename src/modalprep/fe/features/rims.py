@@ -55,7 +55,8 @@ def _free_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         (opposite == pairs[:, 0]) | (opposite == pairs[:, 1]), np.roll(faces, 1, axis=1).ravel(), opposite
     )
     real = pairs[:, 0] != pairs[:, 1]
-    pairs, opposite = np.sort(pairs[real], axis=1), opposite[real]
+    pairs = np.sort(pairs[real], axis=1)
+    opposite = opposite[real]
     found, first, times = np.unique(pairs, axis=0, return_index=True, return_counts=True)
     return found[times == 1], opposite[first[times == 1]]
 

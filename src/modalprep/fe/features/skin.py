@@ -44,7 +44,8 @@ class Skin(Record):
         pairs = np.stack([self.faces, np.roll(self.faces, -1, axis=1)], axis=2).reshape(-1, 2)
         owner = np.repeat(np.arange(len(self.faces)), 4)
         real = pairs[:, 0] != pairs[:, 1]
-        pairs, owner = np.sort(pairs[real], axis=1), owner[real]
+        pairs = np.sort(pairs[real], axis=1)
+        owner = owner[real]
         order = np.lexsort(pairs.T)
         pairs, owner = pairs[order], owner[order]
         same = np.flatnonzero((pairs[1:] == pairs[:-1]).all(axis=1))

@@ -156,7 +156,8 @@ def make_mesh(name: str, path: str | Path | None = None, /, **params: float | in
     if path is None:
         with tempfile.TemporaryDirectory() as folder:
             return make_mesh(name, Path(folder) / f"{name}.msh", **params)
-    path, name = Path(path), name.replace("_", "-")
+    path = Path(path)
+    name = name.replace("_", "-")
     if name not in GENERATORS:
         raise InputError(f"unknown shape {name!r}; {suggestion(name, GENERATORS, 'known are')}")
     values = GENERATORS[name].read(params)
@@ -220,7 +221,8 @@ class Drawing:
         Returns ``faces, rows`` (the lines at `ys`), ``root, tip`` (lines), ``corners`` (points).
         """
         geo = self.model.geo
-        along, across = shapes.steps(length, size), [shapes.steps(d, size) for d in np.diff(ys)]
+        along = shapes.steps(length, size)
+        across = [shapes.steps(d, size) for d in np.diff(ys)]
         refuse_too_many(along * sum(across) * (1 if element == "quad" else 2), "give a larger size")
         left, right = ([geo.addPoint(x, y, 0) for y in ys] for x in (0, length))
         rows = [geo.addLine(a, b) for a, b in zip(left, right, strict=True)]
@@ -259,7 +261,8 @@ class Drawing:
         root = [geo.addCircleArc(points[k], centre, points[(k + 1) % len(points)]) for k in range(quarters)]
         for curve in root:
             geo.mesh.setTransfiniteCurve(curve, around + 1)
-        quads, arcs = element == "quad", [(1, curve) for curve in root]
+        quads = element == "quad"
+        arcs = [(1, curve) for curve in root]
         made = [tag for _, tag in geo.extrude(arcs, length, 0, 0, numElements=[along], recombine=quads)]
         geo.remove([(0, centre)])
         # of each arc: its copy at the tip, the face, the line at its end, the reversed line at its start

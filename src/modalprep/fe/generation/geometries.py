@@ -198,7 +198,8 @@ def truss_tower(
     members: dict[str, list[tuple[int, int]]] = {"legs": [], "braces": []}
     for k in range(bays):
         for i in range(4):
-            low, high = (corner[k][i], corner[k][i - 3]), (corner[k + 1][i], corner[k + 1][i - 3])
+            low = (corner[k][i], corner[k][i - 3])
+            high = (corner[k + 1][i], corner[k + 1][i - 3])
             members["legs"].append((low[0], high[0]))
             diagonals = [(low[0], high[1]), (low[1], high[0])]
             members["braces"] += [high, *(diagonals if bracing == "cross" else diagonals[k % 2 :][:1])]

@@ -67,7 +67,8 @@ class Constraints:
     def followed(self, d: np.ndarray) -> np.ndarray:
         """Return finite displacements ``(n_dof,)`` whose dependent DOFs follow the independent ones of `d` exactly."""
         d = d.copy()
-        size, last = max(np.abs(x).max(initial=0.0) for x in (d, *(link.arm for link in self.links))), np.inf
+        size = max(np.abs(x).max(initial=0.0) for x in (d, *(link.arm for link in self.links)))
+        last = np.inf
         for _ in range(DEPTH):
             before = d.copy()
             for link in self.links:
@@ -83,7 +84,9 @@ class Constraints:
     def transferred(self, force: np.ndarray) -> np.ndarray:
         """Return the forces at every DOF with those of its dependent DOFs: ``(1 + D^T + D^T D^T + ...) force``."""
         some = np.union1d(np.flatnonzero(np.diff(self.step.indptr)), self.step.indices)
-        pull, total, step = self.step[some][:, some].T, force.copy(), force[some]
+        pull = self.step[some][:, some].T
+        total = force.copy()
+        step = force[some]
         while np.any(step):
             step = pull @ step
             total[some] += step
@@ -136,7 +139,8 @@ def _columns_of_unity(n: int, some: np.ndarray) -> csr_array:
     """Return columns, ascending, of the unit matrix of order n."""
     held = np.zeros(n + 1, dtype=np.int32)
     held[some + 1] = 1
-    columns, starts = np.arange(len(some), dtype=np.int32), np.cumsum(held, dtype=np.int32)
+    columns = np.arange(len(some), dtype=np.int32)
+    starts = np.cumsum(held, dtype=np.int32)
     return csr_array((np.ones(len(some)), columns, starts), shape=(n, len(some)))
 
 
@@ -169,7 +173,9 @@ def _eliminated(equations: Iterable[PlacedEquation], C: csr_array, free: np.ndar
     Each is first written in DOFs that nothing drives yet, so that a DOF depends only on those that depend on nothing,
     or on later ones: there is no loop.
     """
-    independent, found, empty = np.zeros(C.shape[0], dtype=bool), {}, []
+    independent = np.zeros(C.shape[0], dtype=bool)
+    found = {}
+    empty = []
     independent[free] = True
     for equation in equations:
         left = _in_free(_in_independent(equation, C, free, independent), found)

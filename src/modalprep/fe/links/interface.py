@@ -162,7 +162,10 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
     InputError
         When a node set is empty.
     """
-    points, links, groups, notes = [mesh.points], list(mesh.links), dict(mesh.groups), list(mesh.notes)
+    points = [mesh.points]
+    links = list(mesh.links)
+    groups = dict(mesh.groups)
+    notes = list(mesh.notes)
     vertices = mesh.cells.get("vertex", np.zeros((0, 1), dtype=int))
     for k, (name, spec) in enumerate(connections.items()):
         nodes = spec.nodes(mesh, used)

@@ -46,7 +46,11 @@ class MeanPoints(NamedTuple):
         """
         place = np.full(len(points), -1)
         place[nodes] = np.arange(len(nodes))
-        weight, rows, columns, values, q = [], [], [], [], 0
+        weight = []
+        rows = []
+        columns = []
+        values = []
+        q = 0
         for kind, conn in cells.items():
             N, dN, rule = shapes(kind, DEGREE)
             J = np.einsum("qnd,ena->eqad", dN, points[conn])
@@ -148,7 +152,8 @@ class _Chosen:
     """Collects cells whose nodes are all chosen."""
 
     def __init__(self, mesh: Mesh, nodes: np.ndarray):
-        self.mesh, self.found = mesh, {}
+        self.mesh = mesh
+        self.found = {}
         self.chosen = np.zeros(len(mesh.points), dtype=bool)
         self.chosen[nodes] = True
 
@@ -165,7 +170,8 @@ class _Chosen:
 
     def taken(self, once: bool = False) -> dict[str, np.ndarray]:
         """Return each cell that was added, or those that were added `once`, and forget them."""
-        found, self.found = self.found, {}
+        found = self.found
+        self.found = {}
         result = {}
         for kind, parts in found.items():
             conn = np.concatenate(parts)

@@ -165,7 +165,8 @@ class PlacedLink:
         Weighted least squares over the points: ``G = (S^T W S)^-1 S^T W`` with ``S_i = [1, -arm_i~]``.
         """
         mean = self.mean
-        arm, w = mean.places(self.arm), mean.weight
+        arm = mean.places(self.arm)
+        w = mean.weight
         S = np.concatenate([np.broadcast_to(np.eye(3), (len(arm), 3, 3)), -skew(arm)], axis=2)
         size = np.sqrt(w @ np.sum((arm - w @ arm) ** 2, axis=1)) or 1.0
         scale = np.array([1.0, 1.0, 1.0, 1 / size, 1 / size, 1 / size])
@@ -199,7 +200,8 @@ class PlacedLink:
             yield Turning(self.frame[3:], K, np.zeros((len(force), 3, 0)), self.frame[:0])
             return
         force, moment = np.split(self._wrench(held), 2, axis=1)
-        place, w = self.mean.places(self.arm), self.mean.weight
+        place = self.mean.places(self.arm)
+        w = self.mean.weight
         centroid = w @ place
         yield from self._mean_rotation(place - centroid, force, moment - np.cross(centroid, force), centroid)
 
@@ -237,7 +239,9 @@ class PlacedLink:
 
     def _fitted(self, d: np.ndarray) -> np.ndarray:
         """Translation and rotation vector (6,) of the rigid motion that fits the points best (Kabsch)."""
-        start, w, moved = self.mean.places(self.arm), self.mean.weight, self.mean.share @ d[self.dofs[:, :3]]
+        start = self.mean.places(self.arm)
+        w = self.mean.weight
+        moved = self.mean.share @ d[self.dofs[:, :3]]
         if np.any(self.mean.arm):
             turned = Rotation.from_rotvec(self.mean.share @ d[self.dofs[:, 3:]]).apply(self.mean.arm)
             moved = moved + turned - self.mean.arm

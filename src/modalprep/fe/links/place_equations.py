@@ -10,8 +10,14 @@ from modalprep.vectors import skew
 
 ROUNDING = 1e-12
 SAID = 1e-6  # of the terms of an equation: what its coefficients lack for a rigid motion, and a note says
-MOTIONS = ("translation along x", "translation along y", "translation along z",
-           "rotation about x", "rotation about y", "rotation about z")  # fmt: skip
+MOTIONS = (
+    "translation along x",
+    "translation along y",
+    "translation along z",
+    "rotation about x",
+    "rotation about y",
+    "rotation about z",
+)
 
 
 def place_equations(

@@ -109,7 +109,8 @@ class Cell:
         if self.second_order:
             place = {frozenset(map(int, edge)): len(self.corners) + k for k, edge in enumerate(self.edges)}
             nodes += [place[frozenset(edge)] for edge in zip(corners, (*corners[1:], corners[0]), strict=True)]
-        quads, own = [k for k, face in enumerate(self.faces) if len(face) == 4], len(self.corners) + len(self.edges)
+        quads = [k for k, face in enumerate(self.faces) if len(face) == 4]
+        own = len(self.corners) + len(self.edges)
         if number in quads and self.dimension == 3 and self.count >= own + len(quads):
             nodes.append(own + quads.index(number))
         return {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}[len(nodes)], nodes
@@ -134,10 +135,9 @@ _PLANE = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2), (2, 2)
 
 def _first(name: str, corners, edges, faces=(), **given) -> None:
     """Register a cell of first order."""
-    corners, edges = np.array(corners, dtype=float), np.array(edges, dtype=int).reshape(-1, 2)
-    CELLS[name] = Cell(
-        name=name, count=len(corners), shape=name, corners=corners, edges=edges, faces=faces, **given
-    )  # fmt: skip
+    corners = np.array(corners, dtype=float)
+    edges = np.array(edges, dtype=int).reshape(-1, 2)
+    CELLS[name] = Cell(name=name, count=len(corners), shape=name, corners=corners, edges=edges, faces=faces, **given)
 
 
 def _second(shape: str, count: int, **given) -> None:
@@ -149,66 +149,119 @@ def _second(shape: str, count: int, **given) -> None:
 
 _first("vertex", np.zeros((1, 0)), (), vtk=1)
 _first(
-    "line", [(0,), (1,)], [(0, 1)], reference="ElementLineP1", vtk=3, uff=(21, (0, 1)),
-)  # fmt: skip
+    "line",
+    [(0,), (1,)],
+    [(0, 1)],
+    reference="ElementLineP1",
+    vtk=3,
+    uff=(21, (0, 1)),
+)
 _second("line", 3, reference="ElementLineP2", vtk=21)
 _first(
-    "triangle", _TRIANGLE, [(0, 1), (1, 2), (2, 0)], ((0, 1, 2),), regular=2 / 3**0.5, reference="ElementTriP1",
-    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)),
+    "triangle",
+    _TRIANGLE,
+    [(0, 1), (1, 2), (2, 0)],
+    ((0, 1, 2),),
+    regular=2 / 3**0.5,
+    reference="ElementTriP1",
+    powers=((0, 0), (1, 0), (0, 1)),
+    vtk=5,
+    uff=(91, (0, 1, 2)),
     nastran=("CTRIA3", "CTRIAR"),
-)  # fmt: skip
+)
 _second(
-    "triangle", 6, reference="ElementTriP2", powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)), vtk=22,
+    "triangle",
+    6,
+    reference="ElementTriP2",
+    powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)),
+    vtk=22,
     nastran=("CTRIA6",),
-)  # fmt: skip
+)
 _second("triangle", 7)
 _first(
-    "quad", _SQUARE, [(0, 1), (1, 2), (2, 3), (3, 0)], ((0, 1, 2, 3),), reference="ElementQuad1", powers=_PLANE[:4],
-    vtk=9, uff=(94, (0, 1, 2, 3)), nastran=("CQUAD4", "CQUADR"),
-)  # fmt: skip
+    "quad",
+    _SQUARE,
+    [(0, 1), (1, 2), (2, 3), (3, 0)],
+    ((0, 1, 2, 3),),
+    reference="ElementQuad1",
+    powers=_PLANE[:4],
+    vtk=9,
+    uff=(94, (0, 1, 2, 3)),
+    nastran=("CQUAD4", "CQUADR"),
+)
 _second("quad", 8, reference="ElementQuadS2", powers=_PLANE[:8], vtk=23, nastran=("CQUAD8",))
 _second("quad", 9, reference="ElementQuad2", powers=_PLANE, vtk=28)
 _first(
-    "tetra", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
-    ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)), regular=2**0.5, reference="ElementTetP1",
-    vtk=10, uff=(111, (0, 1, 2, 3)), nastran=("CTETRA",),
-)  # fmt: skip
+    "tetra",
+    [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+    [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    regular=2**0.5,
+    reference="ElementTetP1",
+    vtk=10,
+    uff=(111, (0, 1, 2, 3)),
+    nastran=("CTETRA",),
+)
 _second(
-    "tetra", 10, reference="ElementTetP2", powers=tuple(e for e in _ALL if sum(e) <= 2),
-    vtk=24, nastran=("CTETRA",),
-)  # fmt: skip
+    "tetra",
+    10,
+    reference="ElementTetP2",
+    powers=tuple(e for e in _ALL if sum(e) <= 2),
+    vtk=24,
+    nastran=("CTETRA",),
+)
 _first(
-    "pyramid", [(x, y, 0) for x, y in _SQUARE] + [(0.5, 0.5, 1)],
+    "pyramid",
+    [(x, y, 0) for x, y in _SQUARE] + [(0.5, 0.5, 1)],
     [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
-    ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)), regular=2**0.5,
-    powers=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)), vtk=14, nastran=("CPYRAM",),
+    ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    regular=2**0.5,
+    powers=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    vtk=14,
+    nastran=("CPYRAM",),
     uff=(115, (0, 1, 2, 3, 4, 4, 4, 4)),  # a brick whose upper corners are one point
-)  # fmt: skip
+)
 _second("pyramid", 13, powers=tuple(e for e in _ALL if sum(e) <= 2), vtk=27, nastran=("CPYRAM",))
 _second("pyramid", 14, powers=tuple(e for e in _ALL if sum(e) <= 2))
 _first(
-    "wedge", [(*c, z) for z in (0, 1) for c in _TRIANGLE],
+    "wedge",
+    [(*c, z) for z in (0, 1) for c in _TRIANGLE],
     [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
-    ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)), regular=2 / 3**0.5,
-    reference="ElementWedge1", vtk=13, uff=(112, (0, 1, 2, 3, 4, 5)), nastran=("CPENTA",),
-)  # fmt: skip
+    ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    regular=2 / 3**0.5,
+    reference="ElementWedge1",
+    vtk=13,
+    uff=(112, (0, 1, 2, 3, 4, 5)),
+    nastran=("CPENTA",),
+)
 _second(
-    "wedge", 15, powers=tuple(e for e in _ALL if e[0] + e[1] <= (2 if e[2] < 2 else 1)), vtk=26,
+    "wedge",
+    15,
+    powers=tuple(e for e in _ALL if e[0] + e[1] <= (2 if e[2] < 2 else 1)),
+    vtk=26,
     nastran=("CPENTA",),
     nastran_order=(*range(9), 12, 13, 14, 9, 10, 11),  # Nastran lists the upright edges before those of the top
-)  # fmt: skip
+)
 _second("wedge", 18, powers=tuple(e for e in _ALL if e[0] + e[1] <= 2))
 _first(
-    "hexahedron", [(*c, z) for z in (0, 1) for c in _SQUARE],
+    "hexahedron",
+    [(*c, z) for z in (0, 1) for c in _SQUARE],
     [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
     ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 3, 2, 1), (4, 5, 6, 7)),
-    reference="ElementHex1", vtk=12, uff=(115, (0, 1, 2, 3, 4, 5, 6, 7)), nastran=("CHEXA",),
-)  # fmt: skip
+    reference="ElementHex1",
+    vtk=12,
+    uff=(115, (0, 1, 2, 3, 4, 5, 6, 7)),
+    nastran=("CHEXA",),
+)
 _second(
-    "hexahedron", 20, reference="ElementHexS2",
-    powers=tuple(e for e in _ALL if sum(p for p in e if p > 1) <= 2 and sum(e) <= 4), vtk=25,
-    nastran=("CHEXA",), nastran_order=(*range(12), 16, 17, 18, 19, 12, 13, 14, 15),
-)  # fmt: skip
+    "hexahedron",
+    20,
+    reference="ElementHexS2",
+    powers=tuple(e for e in _ALL if sum(p for p in e if p > 1) <= 2 and sum(e) <= 4),
+    vtk=25,
+    nastran=("CHEXA",),
+    nastran_order=(*range(12), 16, 17, 18, 19, 12, 13, 14, 15),
+)
 _second("hexahedron", 27, reference="ElementHex2", powers=_ALL, vtk=29)
 
 

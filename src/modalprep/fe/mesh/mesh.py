@@ -99,7 +99,8 @@ class Equation(Record):
 
         ``axes[node] (3, 3)`` are the rows e1, e2, e3 of the components at a node; the others have mesh axes.
         """
-        terms, axes = list(terms), axes or {}
+        terms = list(terms)
+        axes = axes or {}
         coefficients = np.zeros((len(terms), 6))
         for row, (node, component, factor) in zip(coefficients, terms, strict=True):
             triple = component // 3

@@ -53,7 +53,8 @@ def quadrature(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray]:
         return _pyramid(degree // 2 + 1)
     if CELLS[kind].shape != "wedge":
         return get_quadrature(_element(kind).refdom, degree)
-    (XY, plane), (Z, line) = get_quadrature(RefTri, degree), get_quadrature(RefLine, degree)
+    XY, plane = get_quadrature(RefTri, degree)
+    Z, line = get_quadrature(RefLine, degree)
     X = np.concatenate([np.repeat(XY, Z.shape[1], axis=1), np.tile(Z, XY.shape[1])])
     return X, np.repeat(plane, len(line)) * np.tile(line, len(plane))
 

@@ -88,7 +88,8 @@ class NodeSet:
 
     def _box(self, mesh: Mesh, used: np.ndarray, box: tuple[Vector, Vector]) -> np.ndarray:
         slack = _slack(mesh, used)
-        low, high = np.min(box, axis=0) - slack, np.max(box, axis=0) + slack
+        low = np.min(box, axis=0) - slack
+        high = np.max(box, axis=0) + slack
         return used[np.all((mesh.points[used] >= low) & (mesh.points[used] <= high), axis=1)]
 
     def _plane(self, mesh: Mesh, used: np.ndarray, plane: tuple[Vector, Vector]) -> np.ndarray:
@@ -135,5 +136,6 @@ def _slack(mesh: Mesh, used: np.ndarray) -> float:
 
 
 def _span(mesh: Mesh, used: np.ndarray) -> str:
-    low, high = mesh.points[used].min(axis=0), mesh.points[used].max(axis=0)
+    low = mesh.points[used].min(axis=0)
+    high = mesh.points[used].max(axis=0)
     return f"({', '.join(f'{v:.4g}' for v in low)}) to ({', '.join(f'{v:.4g}' for v in high)})"

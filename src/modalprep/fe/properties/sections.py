@@ -72,7 +72,8 @@ def beam_section(
 
 def _rectangle(nu: float, width: float, height: float) -> dict[str, Any]:
     """Torsion by Saint-Venant's series (Timoshenko and Goodier, section 109)."""
-    long, short = max(width, height), min(width, height)
+    long = max(width, height)
+    short = min(width, height)
     series = sum(math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 40, 2))
     J = long * short**3 / 3 * (1 - 192 * short / (math.pi**5 * long) * series)
     on_long, on_short = _middles(long / short)
@@ -84,7 +85,8 @@ def _rectangle(nu: float, width: float, height: float) -> dict[str, Any]:
 
 def _middles(ratio: float) -> tuple[float, float]:
     """Shear in the middle of the long and the short sides, over that of an endless strip, ``T short / J``."""
-    odd, b = range(1, 20, 2), math.pi * ratio / 2
+    odd = range(1, 20, 2)
+    b = math.pi * ratio / 2
     on_long = 1 - 8 / math.pi**2 * sum(1 / (n**2 * math.cosh(min(n * b, 100.0))) for n in odd)
     on_short = CATALAN - sum((-1) ** (n // 2) * (1 - math.tanh(n * b)) / n**2 for n in odd)
     return on_long, 8 / math.pi**2 * on_short
@@ -117,15 +119,22 @@ def _ring(nu: float, outer: float, inner: float) -> dict[str, Any]:
     area = math.pi * (outer**2 - inner**2)
     torsion = outer / (2 * second)
     return {
-        "A": area, "Iy": second, "Iz": second, "J": 2 * second, "ky": k, "kz": k,
+        "A": area,
+        "Iy": second,
+        "Iz": second,
+        "J": 2 * second,
+        "ky": k,
+        "kz": k,
         "fibres": _round(outer, outer, torsion, torsion),
-    }  # fmt: skip
+    }
 
 
 def _box(nu: float, width: float, height: float, thickness: float) -> dict[str, Any]:
     """Torsion by Bredt's formula for thin walls; shear by the two walls along the force."""
     _refuse_thick("box", thickness, min(width, height))
-    w, h, t = width - 2 * thickness, height - 2 * thickness, thickness
+    w = width - 2 * thickness
+    h = height - 2 * thickness
+    t = thickness
     area = width * height - w * h
     return {
         "A": area,

@@ -60,7 +60,8 @@ def tied(pairs: np.ndarray, groups: Iterable[np.ndarray], n_points: int) -> np.n
         return np.zeros(0, dtype=bool)
     wanted = np.zeros(n_points, dtype=bool)
     wanted[pairs] = True
-    key, found = pairs[:, 0] * n_points + pairs[:, 1], [np.zeros(0, dtype=int)]
+    key = pairs[:, 0] * n_points + pairs[:, 1]
+    found = [np.zeros(0, dtype=int)]
     for conn in groups:
         if len(conn) == 1:  # a link may have thousands of nodes
             found.append(key[np.isin(pairs, conn).all(axis=1)])
@@ -123,7 +124,8 @@ def _is_surface(kind: str) -> bool:
 
 
 def _edges_of(kind: str, conn: np.ndarray) -> tuple[np.ndarray, ...]:
-    cell, mid = cell_of(kind), mid_nodes(kind, conn)
+    cell = cell_of(kind)
+    mid = mid_nodes(kind, conn)
     edges = cell.edges if cell else ()
     n, k = len(conn), len(edges)
     around = np.full((n, WIDEST), -1)

@@ -15,7 +15,8 @@ UNEQUAL = "the meshes do not fit together"
 
 def find(checked: Checked) -> tuple[list[Finding | None], ShellEdges | None]:
     """Return the findings, None for those that are absent, and the edges of the shells."""
-    mesh, n = checked.mesh, len(checked.mesh.points)
+    mesh = checked.mesh
+    n = len(checked.mesh.points)
     found = [_not_numbers(checked), _unconnected(checked), *_repeated(checked), _several_parts(checked)]
     sizes = {kind: shape.size for kind, shape in checked.shapes.items()}
     pairs = connectivity.close_pairs(mesh.points, connectivity.node_size(checked.cells, sizes, n))
@@ -91,19 +92,31 @@ def _edge_findings(checked: Checked, edges: ShellEdges, pairs: np.ndarray) -> It
     same = connectivity.connected_parts([pairs], len(checked.mesh.points))
     open_ = connectivity.cracks(edges, same)
     yield _of_edges(
-        checked, edges, open_, same, "crack",
+        checked,
+        edges,
+        open_,
+        same,
+        "crack",
         "shells are open along {what} (two free edges in one place), the first near {at}; merge coincident nodes, or "
         "tie them if a hinge is meant",
-    )  # fmt: skip
+    )
     yield _of_edges(
-        checked, edges, connectivity.opposite(edges, _flawed(checked, edges)), same, "opposite normals",
+        checked,
+        edges,
+        connectivity.opposite(edges, _flawed(checked, edges)),
+        same,
+        "opposite normals",
         "neighbouring shells have opposite normals across {what}, the first near {at}; orient the shells alike where "
         "offsets, laminates or pressure matter",
-    )  # fmt: skip
+    )
     yield _of_edges(
-        checked, edges, connectivity.unequal_order(edges), same, "mixed order",
+        checked,
+        edges,
+        connectivity.unequal_order(edges),
+        same,
+        "mixed order",
         f"first- and second-order shells meet at {{what}}, the first near {{at}}; {UNEQUAL}: save all in one order",
-    )  # fmt: skip
+    )
     yield _hanging(checked, edges, np.setdiff1d(edges.free, open_))
 
 

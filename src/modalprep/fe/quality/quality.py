@@ -40,43 +40,65 @@ class Rule:
 
 FLAWS = (
     Rule(
-        "degenerate", "error", "degenerate",
+        "degenerate",
+        "error",
+        "degenerate",
         "{what} {are} degenerate (no length, area or volume, or one node used twice), the first near {at}; "
         "remove the collapsed cells or mesh there again",
     ),
     Rule(
-        "inverted", "error", "inverted",
+        "inverted",
+        "error",
+        "inverted",
         "{what} {are} inverted (negative Jacobian), the first near {at}; reverse the order of the nodes, "
         "or mesh there again with straighter edges",
     ),
     Rule(
-        "bow-tie", "error", "crossed",
+        "bow-tie",
+        "error",
+        "crossed",
         "{what} {are} crossed or re-entrant (an interior angle above 180 degrees), the first near {at}; "
         "list the corners around the cell, or split it into triangles",
     ),
-)  # fmt: skip
+)
 LIMITS = (
     Rule(
-        "aspect ratio", "warning", "aspect",
+        "aspect ratio",
+        "warning",
+        "aspect",
         "{what} {are} long and thin (longest over shortest edge up to {worst:.3g}, advised below {limit:g}), "
-        "the first near {at}; mesh there with more even edges", ASPECT,
+        "the first near {at}; mesh there with more even edges",
+        ASPECT,
     ),
     Rule(
-        "warped", "warning", "warpage",
+        "warped",
+        "warning",
+        "warpage",
         "{what} {are} warped (corners off their mean plane by up to {worst:.3g} of the diagonal, advised below "
-        "{limit:g}), the first near {at}; split into triangles or mesh finer", WARPAGE,
+        "{limit:g}), the first near {at}; split into triangles or mesh finer",
+        WARPAGE,
     ),
     Rule(
-        "flat", "warning", "jacobian",
+        "flat",
+        "warning",
+        "jacobian",
         "{what} {are} nearly flat (scaled Jacobian down to {worst:.2g}, advised above {limit:g}), the first near {at}; "
-        "optimize the mesh or mesh there again", JACOBIAN, -1, (3,),
+        "optimize the mesh or mesh there again",
+        JACOBIAN,
+        -1,
+        (3,),
     ),
     Rule(
-        "middle node", "warning", "mid",
+        "middle node",
+        "warning",
+        "mid",
         "{what} {are} curved too much (a mid-side node up to {worst:.3g} of the edge away from its middle, advised "
-        "below {limit:g}), the first near {at}; mesh there finer or with straight edges", MIDDLE, 1, (1, 2, 3),
+        "below {limit:g}), the first near {at}; mesh there finer or with straight edges",
+        MIDDLE,
+        1,
+        (1, 2, 3),
     ),
-)  # fmt: skip
+)
 SMALL = (
     "{what} {are} pointed (angle down to {worst:.3g} degrees, advised above {limit:g}), the first near {at}; "
     "mesh there again"
@@ -150,7 +172,7 @@ def _checked(mesh: Mesh, structural: Collection[str] | None, joined: Collection[
     shells = _shells(mesh, cells, structural is None)
     return Checked(
         mesh=mesh, rows=rows, cells=cells, owner=owner, plain=plain, shells=shells, links=links, shapes=shapes
-    )  # fmt: skip
+    )
 
 
 def _joined(mesh: Mesh, which: str | np.ndarray) -> np.ndarray:
@@ -224,7 +246,8 @@ def _flaw(checked: Checked, rule: Rule) -> Finding | None:
     worst, limit = np.nan, np.nan
     if rule.value == "inverted":
         values = [checked.shapes[kind].jacobian[rows] for kind, rows in chosen.items() if len(rows)]
-        worst, limit = float(np.concatenate(values).min()) if values else np.nan, 0.0
+        worst = float(np.concatenate(values).min()) if values else np.nan
+        limit = 0.0
     return checked.of_cells(rule.kind, rule.severity, chosen, rule.text, worst=worst, limit=limit)
 
 

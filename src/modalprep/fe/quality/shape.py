@@ -86,9 +86,7 @@ def measure(kind: str, conn: np.ndarray, points: np.ndarray) -> Shape | None:
     shortest = length.min(axis=0)
     aspect = length.max(axis=0) / np.where(shortest > 0, shortest, np.nan)
     crossed = crossed & ~degenerate
-    return Shape(
-        length.mean(axis=0), aspect, small, large, jacobian, warpage, mid, degenerate, inverted, crossed
-    )  # fmt: skip
+    return Shape(length.mean(axis=0), aspect, small, large, jacobian, warpage, mid, degenerate, inverted, crossed)
 
 
 def _extent(points: np.ndarray) -> float:
@@ -134,7 +132,8 @@ def _angles(cell: Cell, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for face in cell.faces:
         for before, corner, after in zip(face[-1:] + face[:-1], face, face[1:] + face[:1], strict=True):
             cosine = _dot(_towards(cell, unit, corner, before), _towards(cell, unit, corner, after))
-            low, high = np.minimum(low, cosine), np.maximum(high, cosine)
+            low = np.minimum(low, cosine)
+            high = np.maximum(high, cosine)
     if not cell.faces:
         none = np.full(unit.shape[2], np.nan)
         return none, none
@@ -153,7 +152,8 @@ def _quads(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return warpage and whether an interior angle exceeds 180 degrees, as it does where edges cross."""
     corner = np.array([_cross(x[k] - x[k - 1], x[(k + 1) % 4] - x[k]) for k in range(4)])
     one, two = x[2] - x[0], x[3] - x[1]
-    total, area = _cross(one, two), np.linalg.norm(corner, axis=1)
+    total = _cross(one, two)
+    area = np.linalg.norm(corner, axis=1)
     largest = np.take_along_axis(corner, area.argmax(axis=0)[None, None], axis=0)[0]
     size = np.linalg.norm(total, axis=0)
     normal = np.where(size > 1e-6 * area.sum(axis=0), total, largest)  # an even bow-tie has no area

@@ -20,7 +20,9 @@ from modalprep.fe.readers.gmsh_session import SEGMENTS, TETRAHEDRA, gmsh_session
 from modalprep.fe.readers.iges import iges_unit
 
 MM = 1e-3
-STEP, IGES, BREP = {".step", ".stp"}, {".iges", ".igs"}, {".brep"}
+STEP = {".step", ".stp"}
+IGES = {".iges", ".igs"}
+BREP = {".brep"}
 CAD = STEP | IGES | BREP
 WHOLE_BREP = re.compile(rb"\nTShapes \d+\s.*\*\s+[+-]\d+ \d+\s*\Z", re.DOTALL)  # the last line names the whole shape
 SEWING = 1e-5  # of the diagonal: IGES files have faces alone, whose edges agree to the digits that the file has
@@ -153,7 +155,8 @@ def _sew(gmsh: Any) -> None:
 def _silent() -> Iterator[None]:
     """Discard what OpenCASCADE writes to the standard output, which gmsh cannot silence."""
     sys.stdout.flush()
-    saved, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    saved = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 1)
         yield
@@ -216,10 +219,12 @@ def _mesh(
     """Return points (file's unit), cells and groups of the meshed solids and their faces."""
     tags, flat, _ = gmsh.model.mesh.getNodes()
     sequence = np.argsort(tags)
-    tags, points = tags[sequence], flat.reshape(-1, 3)[sequence]
+    tags = tags[sequence]
+    points = flat.reshape(-1, 3)[sequence]
     cells, groups = {}, {}
     for (kind, (number, width)), named in zip(KINDS[order].items(), (solids, faces), strict=True):
-        blocks, start = [], 0
+        blocks = []
+        start = 0
         for tag, name in sorted(named.items()):
             rows = gmsh.model.mesh.getElementsByType(number, tag)[1].reshape(-1, width)
             blocks.append(np.searchsorted(tags, rows)[:, NODES.get(kind, slice(None))])

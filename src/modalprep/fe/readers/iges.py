@@ -47,7 +47,10 @@ def _fields(text: str) -> list[str]:
     >>> _fields("1H,,1H;,4Ha,b;,2HMM;")
     [',', ';', 'a,b;', 'MM']
     """
-    separator, end, found, at = ",", ";", [], 0
+    separator = ","
+    end = ";"
+    found = []
+    at = 0
     while at < len(text):
         mark = re.compile(r"\s*(\d+)H").match(text, at)
         if mark:

@@ -36,7 +36,8 @@ MASS_UNITS = {
 }
 VTK = (".vtu", ".vtk")
 DECKS = {".inp": read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkeys(NASTRAN, read_nastran)}
-UNIVERSAL, MED = {".unv", ".uff"}, ".med"
+UNIVERSAL = {".unv", ".uff"}
+MED = ".med"
 
 
 @told

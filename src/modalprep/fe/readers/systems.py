@@ -28,7 +28,9 @@ class System:
             angle = np.radians(x[:, 1])
             x = np.stack([x[:, 0] * np.cos(angle), x[:, 0] * np.sin(angle), x[:, 2]], axis=1)
         elif self.kind == "S":
-            r, polar, around = x[:, 0], np.radians(x[:, 1]), np.radians(x[:, 2])
+            r = x[:, 0]
+            polar = np.radians(x[:, 1])
+            around = np.radians(x[:, 2])
             across = r * np.sin(polar)
             x = np.stack([across * np.cos(around), across * np.sin(around), r * np.cos(polar)], axis=1)
         return self.origin + x @ self.axes
@@ -38,12 +40,14 @@ class System:
         if self.kind == "R":
             return self.axes
         x, y, z = self.axes @ (point - self.origin)
-        around, across = math.atan2(y, x), math.hypot(x, y)
+        around = math.atan2(y, x)
+        across = math.hypot(x, y)
         radial = np.array([math.cos(around), math.sin(around), 0.0])
         tangent = np.array([-radial[1], radial[0], 0.0])
         if self.kind == "C":
             return np.array([radial, tangent, [0.0, 0.0, 1.0]]) @ self.axes
-        polar, up = math.atan2(across, z), np.array([0.0, 0.0, 1.0])
+        polar = math.atan2(across, z)
+        up = np.array([0.0, 0.0, 1.0])
         outward = math.sin(polar) * radial + math.cos(polar) * up
         return np.array([outward, math.cos(polar) * radial - math.sin(polar) * up, tangent]) @ self.axes
 

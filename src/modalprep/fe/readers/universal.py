@@ -13,17 +13,27 @@ from modalprep.fe.mesh.cells import CELLS, Cell
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 
-NODES, ELEMENTS, GROUPS = {"2411", "781"}, {"2412"}, {"2435", "2452", "2467", "2477"}
+NODES = {"2411", "781"}
+ELEMENTS = {"2412"}
+GROUPS = {"2435", "2452", "2467", "2477"}
 LINES = {"11", "21", "22", "23", "24"}  # descriptors of rods and beams, which have one row more
 NODE, ELEMENT = 7, 8  # kinds of the members of a group
 # Descriptors of elements; quadratic ones go around with their mid-side nodes between the corners.
 KINDS = {
     "line": (11, 21, 22, 23, 24),
-    "triangle": (41, 51, 61, 74, 81, 91), "triangle6": (42, 52, 62, 72, 82, 92),
-    "quad": (44, 54, 64, 71, 84, 94), "quad8": (45, 55, 65, 75, 85, 95),
-    "tetra": (111,), "tetra10": (118,), "wedge": (112,), "wedge15": (113,), "hexahedron": (115,),
-    "hexahedron20": (116,), "pyramid": (101, 117), "vertex": (161,),
-}  # fmt: skip
+    "triangle": (41, 51, 61, 74, 81, 91),
+    "triangle6": (42, 52, 62, 72, 82, 92),
+    "quad": (44, 54, 64, 71, 84, 94),
+    "quad8": (45, 55, 65, 75, 85, 95),
+    "tetra": (111,),
+    "tetra10": (118,),
+    "wedge": (112,),
+    "wedge15": (113,),
+    "hexahedron": (115,),
+    "hexahedron20": (116,),
+    "pyramid": (101, 117),
+    "vertex": (161,),
+}
 OF_DESCRIPTOR = {number: CELLS[kind] for kind, numbers in KINDS.items() for number in numbers}
 
 
@@ -94,7 +104,8 @@ def _nodes(rows: list[str]) -> dict[int, list[float]]:
 
 
 def _elements(rows: list[str], path: Path) -> dict[int, tuple[Cell, list[int]]]:
-    found, at = {}, 0
+    found = {}
+    at = 0
     while at < len(rows):
         label, descriptor, *_, count = (int(x) for x in rows[at].split())
         cell = OF_DESCRIPTOR.get(descriptor)
@@ -145,9 +156,11 @@ def _around(corners: list[int], edges: list[tuple[int, ...]]) -> Iterator[tuple[
 
 def _groups(rows: list[str]) -> dict[str, list[tuple[int, int]]]:
     """Return kind and number of the members of each group; two members stand in a row."""
-    found, at = {}, 0
+    found = {}
+    at = 0
     while at < len(rows):
-        count, name = int(rows[at].split()[-1]), rows[at + 1].strip()
+        count = int(rows[at].split()[-1])
+        name = rows[at + 1].strip()
         numbers: list[int] = []
         at += 2
         while len(numbers) < 4 * count:

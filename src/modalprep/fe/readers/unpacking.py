@@ -10,7 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-PACKING, SMALL = 100, 2**26  # times the size of the file, and bytes that any file may unpack to
+# times the size of the file, and bytes that any file may unpack to
+PACKING = 100
+SMALL = 2**26
 TOO_MUCH = "it unpacks to far more than its size, as no mesh does"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 
@@ -76,7 +78,8 @@ def limited_unpacking(size: int) -> Iterator[None]:
 
     left = [max(SMALL, PACKING * size)]
     before = _vtu.zlib, _vtu.lzma
-    _vtu.zlib, _vtu.lzma = Limited(zlib.decompressobj, left), Limited(lzma.LZMADecompressor, left)
+    _vtu.zlib = Limited(zlib.decompressobj, left)
+    _vtu.lzma = Limited(lzma.LZMADecompressor, left)
     try:
         yield
     finally:

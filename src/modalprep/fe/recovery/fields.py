@@ -64,7 +64,8 @@ class Fields(NamedTuple):
         ----------
         Theory 4.9.
         """
-        A, W = self.drives[:3], self.drives[3:].reshape(3, 3, -1)
+        A = self.drives[:3]
+        W = self.drives[3:].reshape(3, 3, -1)
         return A + np.einsum("...b,abk->...ak", at, W)
 
 
@@ -133,7 +134,8 @@ class Piece:
 
     def forces(self, fields: Fields) -> np.ndarray:
         """Return the forces ``(ne, nl, k)`` of the nodes on the elements: ``K_e u + M_e a + g_e A + h_e W``."""
-        total, mass = self.stiffness_forces(fields), self._mass()
+        total = self.stiffness_forces(fields)
+        mass = self._mass()
         if mass is None or not (np.any(fields.a) or np.any(fields.drives)):
             return total
         linear = np.concatenate([mass.g, mass.h.reshape(*mass.h.shape[:2], 9)], axis=2)
@@ -156,7 +158,8 @@ def chosen(model: FEModel, mesh: Mesh, where: NodeSet | None) -> list[Piece]:
         raise InputError(
             "a model from matrices knows no elements; its reactions, accelerations and displacements can be recovered"
         )
-    numbers, starts = _numbers(mesh, where, model.strain_energy.blocks), _starts(model)
+    numbers = _numbers(mesh, where, model.strain_energy.blocks)
+    starts = _starts(model)
     found = []
     for start, block, inertia in zip(starts, model.strain_energy.blocks, model.rotating_mass.blocks, strict=True):
         own = np.array([numbers.get(tuple(cell), 0) for cell in block.nodes.tolist()], dtype=int)
@@ -175,9 +178,11 @@ def chosen(model: FEModel, mesh: Mesh, where: NodeSet | None) -> list[Piece]:
 
 def _starts(model: FEModel) -> list[int]:
     """Return the number of the first cell of each block."""
-    first, count = {}, 0
+    first = {}
+    count = 0
     for kind in sorted(model.cells):
-        first[kind], count = count, count + len(model.cells[kind])
+        first[kind] = count
+        count = count + len(model.cells[kind])
     found = []
     for kind, block in zip(model.strain_energy.kinds, model.strain_energy.blocks, strict=True):
         found.append(first[kind])

@@ -93,7 +93,8 @@ def _halves(piece: Piece) -> list[Piece]:
 
 def _places(pieces: list[Piece], at: np.ndarray) -> tuple[str, ...]:
     ends = ["start", *(f"{100 * s:.4g}%" for s in at[1:-1]), "end"]
-    names, seen = [], {}
+    names = []
+    seen = {}
     for name in labels(pieces):
         seen[name] = seen.get(name, 0) + 1
         parts = [part for part in (name, "second" if seen[name] == 2 else "") if part]
@@ -109,10 +110,13 @@ def _positions(piece: Piece, at: np.ndarray) -> np.ndarray:
 def _along(piece: Piece, fields: Fields, at: np.ndarray) -> np.ndarray:
     """Return the section forces ``(ne ns, 6, k)``, element by element."""
     if isinstance(piece.block, TrussBlock):
-        force, load = _truss_end(piece, fields), _truss_load
+        force = _truss_end(piece, fields)
+        load = _truss_load
     else:
-        force, load = _beam_end(piece, fields), _beam_load
-    ne, k = len(piece.numbers), fields.u.shape[1]
+        force = _beam_end(piece, fields)
+        load = _beam_load
+    ne = len(piece.numbers)
+    k = fields.u.shape[1]
     found = np.tile(force[:, None], (1, len(at), 1, 1))  # of the first end, on the face of each place
     length = np.linalg.norm(piece.block.ends[:, 1] - piece.block.ends[:, 0], axis=1)
     arm = (at * length[:, None])[..., None]
@@ -129,7 +133,8 @@ def _beam_end(piece: Piece, fields: Fields) -> np.ndarray:
     """Return the section forces ``(ne, 6, k)`` at the first end: less the forces of its node on the element."""
     block = piece.block
     nodal = piece.forces(fields) if piece.consistent else piece.stiffness_forces(fields)
-    force, moment = nodal[:, :3], nodal[:, 3:6] - np.cross(block.arm[:, 0, :, None], nodal[:, :3], axis=1)
+    force = nodal[:, :3]
+    moment = nodal[:, 3:6] - np.cross(block.arm[:, 0, :, None], nodal[:, :3], axis=1)
     return -np.concatenate([block.frame @ force, block.frame @ moment], axis=1)
 
 
@@ -164,7 +169,9 @@ def _beam_load(piece: Piece, fields: Fields, at: np.ndarray, length: np.ndarray)
 
 def _rotary(piece: Piece, fields: Fields, motion: np.ndarray) -> np.ndarray:
     """Return the moment ``(ne, nq, 3, k)`` per length that accelerates the sections about their centroids, local."""
-    block, own, rho = piece.block, piece.block.inside, piece.block.section.material.rho
+    block = piece.block
+    own = piece.block.inside
+    rho = piece.block.section.material.rho
     W = np.einsum("eab,bck,edc->eadk", block.frame, fields.drives[3:].reshape(3, 3, -1), block.frame)[:, None]
     tx, ty, tz = np.moveaxis(motion[:, :, 3:], 2, 0)
     moved = {1: (-tz, 0 * tz, tx), 2: (ty, -tx, 0 * tx)}
@@ -203,7 +210,8 @@ def _integrals(points: np.ndarray, at: np.ndarray, cuts: Sequence[float]) -> tup
     n = len(points) // (len(cuts) - 1)
     power = np.arange(1, n + 1)
     for k, (a, b) in enumerate(pairwise(cuts)):
-        own, size = slice(n * k, n * k + n), b - a
+        own = slice(n * k, n * k + n)
+        size = b - a
         x = np.clip((at - a) / size, 0.0, 1.0)[:, None]
         coefficients = np.linalg.inv(np.vander((points[own] - a) / size, increasing=True))
         first[:, own] = size * (x**power / power @ coefficients)

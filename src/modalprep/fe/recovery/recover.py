@@ -20,7 +20,7 @@ from modalprep.suggest import refuse_unknown
 
 RecoveryKind = Literal[
     "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration", "displacement"
-]  # fmt: skip
+]
 KINDS = get_args(RecoveryKind)
 OF_METHOD = tuple(kind for kind in KINDS if kind != "acceleration")  # by mode displacement or mode acceleration
 NAMED = ("acceleration", "displacement", "cut")  # kinds that need nodes or elements

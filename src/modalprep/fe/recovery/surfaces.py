@@ -13,7 +13,8 @@ from modalprep.fe.recovery.fields import Fields, Piece, Quantity, labels
 
 RESULTANTS = ("Nx", "Ny", "Nxy", "Mx", "My", "Mxy", "Qx", "Qy")
 RESULTANT_UNITS = ("N/m",) * 3 + ("N",) * 3 + ("N/m",) * 2
-PLANE, SPATIAL = ("xx", "yy", "xy"), ("xx", "yy", "zz", "xy", "yz", "xz")
+PLANE = ("xx", "yy", "xy")
+SPATIAL = ("xx", "yy", "zz", "xy", "yz", "xz")
 ACROSS = 0.99  # a direction whose cosine with a shell's normal is larger has no projection to speak of
 
 
@@ -131,7 +132,9 @@ def _resultants(piece: Piece, fields: Fields, axis: tuple[float, float, float] |
     weight = dx / dx.sum(axis=1, keepdims=True)
     own = C[:, :8, :8] @ np.einsum("eq,eqsj->esj", weight, B[:, :, :8]) @ fields.u[piece.dofs]
     angle = _angle(piece.block.frame, axis)
-    T, c, s = _stress_rotation(angle), np.cos(angle)[:, None], np.sin(angle)[:, None]
+    T = _stress_rotation(angle)
+    c = np.cos(angle)[:, None]
+    s = np.sin(angle)[:, None]
     shear = np.stack([c * own[:, 6] + s * own[:, 7], c * own[:, 7] - s * own[:, 6]], axis=1)
     return np.concatenate([T @ own[:, :3], T @ own[:, 3:6], shear], axis=1)
 

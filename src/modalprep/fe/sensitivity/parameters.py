@@ -17,9 +17,16 @@ SIZES = ("A", "Iy", "Iz", "J")  # of beams and trusses
 TAPERED = {"A": 1, "Iy": 2, "Iz": 3, "J": 4}  # their columns in a taper
 IN_SHELL = ("material", "bending_material", "shear_material")
 UNITS = {
-    "thickness": "m", "modulus": "Pa", "density": "kg/m^3", "A": "m^2", "Iy": "m^4", "Iz": "m^4", "J": "m^4",
-    "stiffness": "N/m", "mass": "kg",
-}  # fmt: skip
+    "thickness": "m",
+    "modulus": "Pa",
+    "density": "kg/m^3",
+    "A": "m^2",
+    "Iy": "m^4",
+    "Iz": "m^4",
+    "J": "m^4",
+    "stiffness": "N/m",
+    "mass": "kg",
+}
 
 
 class ModelParameter(NamedTuple):

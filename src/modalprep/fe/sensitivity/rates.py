@@ -53,7 +53,10 @@ class _Piece:
     """Some elements of a part whose property depends on the parameter."""
 
     def __init__(self, model: FEModel, part: Part, piece: slice, parameter: ModelParameter, phi: np.ndarray) -> None:
-        self.model, self.part, self.piece, self.parameter = model, part, piece, parameter
+        self.model = model
+        self.part = part
+        self.piece = piece
+        self.parameter = parameter
         self.block = self._block(1.0)
         dofs = model.dof[self.block.nodes, : self.block.components].reshape(len(self.block.nodes), -1)
         self.d = phi[dofs]

@@ -41,8 +41,10 @@ def shell_rate(block: ShellBlock | CurvedShellBlock, moved: Shell, d: np.ndarray
     strain = B @ d[:, None]
     if isinstance(block, CurvedShellBlock):
         return _work(strain, found.imag / STEP, strain, dx)
-    rate, own = Moduli(*(np.imag(x) / STEP for x in found)), block.row_moduli
-    plane, bend = strain[:, :, np.r_[0:3, 8 : strain.shape[2]]], strain[:, :, 3:8]
+    rate = Moduli(*(np.imag(x) / STEP for x in found))
+    own = block.row_moduli
+    plane = strain[:, :, np.r_[0:3, 8 : strain.shape[2]]]
+    bend = strain[:, :, 3:8]
     grown = edge_rate(block, rate.bend, d)
     total = _work(plane, rate.plane, plane, dx) + _work(bend, rate.bend, bend, dx)
     mixed = _work(plane[:, :, :3], rate.coupling, bend[:, :, :3], dx) + _work(bend, own.bend, grown, dx)
@@ -105,7 +107,9 @@ def _edge_rows(cells: FlatCells, along: np.ndarray, sheared: np.ndarray) -> np.n
 
 def _quad_shear(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
     """Shear ``xz, yz (ne, nq, n)`` per strain along each side: covariant, linear across."""
-    N, inverse, length = rule(cells.kind, cells.degree).N, cells.mapped[2], cells.sides[0]
+    N = rule(cells.kind, cells.degree).N
+    inverse = cells.mapped[2]
+    length = cells.sides[0]
     X, Y = N[:, 1] + N[:, 2], N[:, 2] + N[:, 3]
     covariant = length[:, None] * np.stack([1 - Y, X, -Y, X - 1], axis=1)
     rows = inverse[:, :, [0, 1, 0, 1]]  # (ne, nq, side, 2)

@@ -15,7 +15,8 @@ from modalprep.reduction.table import ModeTable
 from modalprep.supplied.uncertainty import MISSING
 
 ROUND_OFF = 1e-9
-VECTORS, FORMS = ("S", "H", "phi", "psi", "shape"), ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")
+VECTORS = ("S", "H", "phi", "psi", "shape")
+FORMS = ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")
 NOTES = "not in the file"  # key of the provenance
 MESH = "mesh and shapes between the nodes: pictures show the nodes alone"
 FREE = "a node at rest at the origin: only a free joint can carry the body, for others choose a node as its root"
@@ -140,11 +141,20 @@ def in_si_units(body: FlexibleBody, length: float, mass: float) -> FlexibleBody:
         return body
     q = np.sqrt(mass)  # of S; of H and of a coordinate with one length more
     factors = {
-        "m": mass, "s0": mass * length, "E0": mass * length**2, "S": q, "H": q * length,
-        "phi": 1 / q, "shape": 1 / q, "psi": 1 / (q * length), "Kg_A": 1 / length,
-        "Kg_F": 1 / (mass * length), "Kg_T": 1 / (mass * length**2),
-        "interface_position": length, "points": length,
-    }  # fmt: skip
+        "m": mass,
+        "s0": mass * length,
+        "E0": mass * length**2,
+        "S": q,
+        "H": q * length,
+        "phi": 1 / q,
+        "shape": 1 / q,
+        "psi": 1 / (q * length),
+        "Kg_A": 1 / length,
+        "Kg_F": 1 / (mass * length),
+        "Kg_T": 1 / (mass * length**2),
+        "interface_position": length,
+        "points": length,
+    }
     unit = mass * np.repeat([1.0, length**2], 3)
     table = body.modes.with_(total=unit * body.modes.total, effective_mass=unit * body.modes.effective_mass)
     return body.with_(modes=table, **{key: factor * getattr(body, key) for key, factor in factors.items()})

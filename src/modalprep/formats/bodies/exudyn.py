@@ -53,7 +53,8 @@ def _body(members: Members, path: Path, interfaces: Mapping[str, Sequence[int]] 
     n = len(K)
     points = _numbers(members, "xRef").reshape(-1, 3)
     shape = _numbers(members, "modeBasis", 3 * len(points), n).reshape(-1, 3, n)
-    m, J = float(_numbers(members, "totalMass").reshape(-1)[0]), _numbers(members, "inertiaLocal", 3, 3)
+    m = float(_numbers(members, "totalMass").reshape(-1)[0])
+    J = _numbers(members, "inertiaLocal", 3, 3)
     if not m > 0:
         raise InputError("its mass is not positive")
     names, nodes = _interfaces(members, interfaces, len(points))
@@ -61,15 +62,28 @@ def _body(members: Members, path: Path, interfaces: Mapping[str, Sequence[int]] 
     mesh, cells = _mesh(members, np.concatenate(nodes) if interfaces is None else np.zeros(0, dtype=int), len(points))
     none = np.zeros((len(names), 3, n, n))
     return body_of(
-        name=path.stem, m=m, s0=m * _numbers(members, "chiU", 3), E0=from_inertia((J + J.T) / 2),
-        M=_numbers(members, "massMatrixReduced", n, n), K=_numbers(members, "stiffnessMatrixReduced", n, n),
-        D=np.zeros((n, n)), S=_numbers(members, "mPhitTPsi", 3, n),
+        name=path.stem,
+        m=m,
+        s0=m * _numbers(members, "chiU", 3),
+        E0=from_inertia((J + J.T) / 2),
+        M=_numbers(members, "massMatrixReduced", n, n),
+        K=_numbers(members, "stiffnessMatrixReduced", n, n),
+        D=np.zeros((n, n)),
+        S=_numbers(members, "mPhitTPsi", 3, n),
         H=from_inertia(_numbers(members, "mXRefTildePsiTilde", 3, 3 * n).reshape(3, n, 3).transpose(0, 2, 1)),
         P=from_inertia(_numbers(members, "mPsiTildePsiTilde", 3 * n, 3 * n).reshape(n, 3, n, 3).transpose(1, 3, 2, 0)),
-        Kg_A=none[0], Kg_W=np.zeros((3, 3, n, n)), Kg_F=none, Kg_T=none, phi=np.array(phi), psi=np.array(psi),
-        interface_name=names, interface_position=np.array(position), points=points[mesh], shape=shape[mesh],
+        Kg_A=none[0],
+        Kg_W=np.zeros((3, 3, n, n)),
+        Kg_F=none,
+        Kg_T=none,
+        phi=np.array(phi),
+        psi=np.array(psi),
+        interface_name=names,
+        interface_position=np.array(position),
+        points=points[mesh],
+        shape=shape[mesh],
         cells=cells,
-    )  # fmt: skip
+    )
 
 
 def _numbers(members: Members, name: str, *shape: int) -> np.ndarray:
@@ -107,8 +121,10 @@ def mean_motion(points: np.ndarray, shape: np.ndarray) -> tuple[np.ndarray, np.n
     >>> mean_motion(cross, turned)[2].ravel().round(12)
     array([0., 0., 2.])
     """
-    centre, move = points.mean(axis=0), shape.mean(axis=0)
-    arms, n = points - centre, shape.shape[2]
+    centre = points.mean(axis=0)
+    move = shape.mean(axis=0)
+    arms = points - centre
+    n = shape.shape[2]
     turn = np.linalg.lstsq(-skew(arms).reshape(-1, 3), (shape - move).reshape(-1, n), rcond=1e-9)[0]
     return centre, move, turn
 

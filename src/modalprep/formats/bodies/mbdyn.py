@@ -53,7 +53,8 @@ class Groups:
         size = [int(word) for word in self.words.get(1, [])[1:6]]
         if len(size) != 5 or not size[0] > 0 or not sum(size[1:4]) - size[4] > 0:
             raise InputError("it has no record group 1 with its numbers of nodes and modes")
-        self.nodes, self.modes = size[0], sum(size[1:4]) - size[4]
+        self.nodes = size[0]
+        self.modes = sum(size[1:4]) - size[4]
 
     def array(self, group: int, *shape: int) -> np.ndarray:
         """Return the numbers of a group, which must be as many as the shape has."""
@@ -77,7 +78,8 @@ def mbdyn_body(path: Path) -> FlexibleBody:
     P. Masarati and others, MBDyn input manual: joint ``modal``, and its file of modal data.
     """
     file = Groups(path)
-    n, labels = file.modes, file.words.get(2, [])
+    n = file.modes
+    labels = file.words.get(2, [])
     if len(labels) != file.nodes or len(set(labels)) < len(labels):
         raise InputError(f"record group 2 has {len(set(labels))} different labels for {file.nodes} nodes")
     points = np.concatenate([file.array(group, file.nodes, 1) for group in (5, 6, 7)], axis=1)
@@ -89,13 +91,21 @@ def mbdyn_body(path: Path) -> FlexibleBody:
     forces[[ends.index(k) for k in carried]] = Kg[STIFFENING:].reshape(-1, 6, n, n)
     body = body_of(
         name=next((match[1] for line in file.head if (match := HEAD.match(line))), path.stem),
-        **integrals._asdict(), M=file.array(9, n, n), K=file.array(10, n, n),
+        **integrals._asdict(),
+        M=file.array(9, n, n),
+        K=file.array(10, n, n),
         D=file.array(13, n, n) if 13 in file.words else np.zeros((n, n)),
-        Kg_A=Kg[9:12], Kg_W=even(from_centrifugal(Kg[:6]) + from_moment(Kg[6:9])),
-        Kg_F=forces[:, :3], Kg_T=forces[:, 3:], phi=shapes[ends, :3], psi=shapes[ends, 3:],
-        interface_name=tuple(_name(labels[k]) for k in ends), interface_position=points[ends],
-        points=points, shape=shapes[:, :3],
-    )  # fmt: skip
+        Kg_A=Kg[9:12],
+        Kg_W=even(from_centrifugal(Kg[:6]) + from_moment(Kg[6:9])),
+        Kg_F=forces[:, :3],
+        Kg_T=forces[:, 3:],
+        phi=shapes[ends, :3],
+        psi=shapes[ends, 3:],
+        interface_name=tuple(_name(labels[k]) for k in ends),
+        interface_position=points[ends],
+        points=points,
+        shape=shapes[:, :3],
+    )
     if not np.any(Kg):
         notes.append("geometric stiffness: there is none, so that spins well below the first frequency are in order")
     elif not np.any(forces):
@@ -129,7 +139,9 @@ def _integrals(file: Groups, points: np.ndarray, shapes: np.ndarray) -> tuple[In
 
 
 def _rigid(group: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    m, centre, J = float(group[0]), group[1:4], group[4:].reshape(3, 3)
+    m = float(group[0])
+    centre = group[1:4]
+    J = group[4:].reshape(3, 3)
     return m, m * centre, from_inertia((J + J.T) / 2) + m * np.outer(centre, centre)
 
 
@@ -141,7 +153,8 @@ def _rigid_sums(lumped: np.ndarray, points: np.ndarray) -> tuple[float, np.ndarr
 
 def _sums(lumped: np.ndarray, shapes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return S, H, P of the nodes; rotary inertia adds to the angular momentum of the modes."""
-    m, phi = lumped[:, 0], shapes[:, :3]
+    m = lumped[:, 0]
+    phi = shapes[:, :3]
     spin = np.einsum("ia,iak->ak", lumped[:, 3:], shapes[:, 3:])
     H = np.einsum("i,ib,iak->abk", m, points, phi) + from_moment(spin)
     return np.einsum("i,iak->ak", m, phi), H, np.einsum("i,iaj,ibk->abjk", m, phi, phi)
@@ -150,7 +163,8 @@ def _sums(lumped: np.ndarray, shapes: np.ndarray, points: np.ndarray) -> tuple[n
 def _invariants(file: Groups) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return S, H, P, which the groups 14, 16 and 18 hold whole."""
     n = file.modes
-    S, H = file.array(14, 3, n), from_inertia(file.array(16, 3, n, 3).transpose(0, 2, 1))
+    S = file.array(14, 3, n)
+    H = from_inertia(file.array(16, 3, n, 3).transpose(0, 2, 1))
     P = from_inertia(-file.array(18, 3, n, n, 3).transpose(0, 3, 1, 2)).swapaxes(2, 3)
     for group, own, size in ((15, file.array(15, 3, n), H), (17, file.array(17, 3, n, n), P.swapaxes(2, 3))):
         if np.abs(own - moment(size)).max() > AGREES * np.abs(size).max():
@@ -172,7 +186,8 @@ def _stiffening(file: Groups, carried: int) -> np.ndarray:
     words = file.words.get(19, [])
     if not words:
         return found
-    count, size = int(words[0]), 1 + file.modes**2
+    count = int(words[0])
+    size = 1 + file.modes**2
     if count not in (STIFFENING, len(found)) or len(words) != 1 + count * size:
         raise InputError(
             f"record group 19 has {len(words)} numbers for {count} matrices, and {carried} nodes can be its interfaces"

@@ -47,29 +47,50 @@ def sid_body(path: Path) -> FlexibleBody:
     input data, Mech. Struct. Mach. 22 (1994) 283.
     """
     file = read_contents(path)
-    found, blocks, n = _moments(file), file.body, len(file.body["Me"].M0)
+    found = _moments(file)
+    blocks = file.body
+    n = len(file.body["Me"].M0)
     nodes = list(file.nodes.values())
     position = np.array([node["origin"].M0[:, 0] for node in nodes])
     phi = np.array([node["phi"].M0 for node in nodes])
     body = body_of(
-        name=file.name, m=file.mass, s0=blocks["mdCM"].M0[:, 0], E0=found.E0,
-        M=blocks["Me"].M0, K=blocks["Ke"].M0, D=blocks["De"].M0, S=found.S, H=found.H,
-        P=np.zeros((3, 3, n, n)), Kg_A=found.Kg_A, Kg_W=found.F,
+        name=file.name,
+        m=file.mass,
+        s0=blocks["mdCM"].M0[:, 0],
+        E0=found.E0,
+        M=blocks["Me"].M0,
+        K=blocks["Ke"].M0,
+        D=blocks["De"].M0,
+        S=found.S,
+        H=found.H,
+        P=np.zeros((3, 3, n, n)),
+        Kg_A=found.Kg_A,
+        Kg_W=found.F,
         Kg_F=even(-np.array([_first(node["phi"], n).swapaxes(1, 2) for node in nodes])),
         Kg_T=even(-np.array([_first(node["psi"], n).swapaxes(1, 2) for node in nodes])),
-        phi=phi, psi=np.array([node["psi"].M0 for node in nodes]),
-        interface_name=tuple(file.nodes), interface_position=position, points=position, shape=phi,
-    )  # fmt: skip
+        phi=phi,
+        psi=np.array([node["psi"].M0 for node in nodes]),
+        interface_name=tuple(file.nodes),
+        interface_position=position,
+        points=position,
+        shape=phi,
+    )
     own = np.array_equal(modes_of(blocks["Me"].M0, blocks["Ke"].M0), np.eye(n))
     body = _with_mass_tensor(body)
     return with_notes(body, "SID_FEM", _notes(body, file, found.planar, own), file.modes)
 
 
 def _moments(file: Contents) -> Moments:
-    n, blocks, m = len(file.body["Me"].M0), file.body, file.mass
-    s0, S = blocks["mdCM"].M0[:, 0], blocks["Ct"].M0.T
-    J, (dJ, of_J) = _tensor(blocks["J"].M0), _even_part(blocks, n)
-    Cr, field, turn = blocks["Cr"], _first(blocks["Oe"], n), _first(blocks["Cr"], n)
+    n = len(file.body["Me"].M0)
+    blocks = file.body
+    m = file.mass
+    s0 = blocks["mdCM"].M0[:, 0]
+    S = blocks["Ct"].M0.T
+    J = _tensor(blocks["J"].M0)
+    dJ, of_J = _even_part(blocks, n)
+    Cr = blocks["Cr"]
+    field = _first(blocks["Oe"], n)
+    turn = _first(blocks["Cr"], n)
     planar = not (np.any(J[:2]) or np.any(Cr.M0[:, :2]) or np.any(turn[:, :, :2]) or np.any(s0[2:]))
     F = from_moment(turn.transpose(2, 0, 1)) + from_centrifugal(field.transpose(2, 0, 1))
     H = from_moment(Cr.M0.T) + dJ
@@ -78,7 +99,9 @@ def _moments(file: Contents) -> Moments:
     if of_J:
         _refuse_contradiction("J.M1", centrifugal(H), "Oe.M0", blocks["Oe"].M0.T)
     if planar:
-        E0, H, F = _in_plane(m, s0, E0), _flat(H, S, s0 / m), _without_normal(F)
+        E0 = _in_plane(m, s0, E0)
+        H = _flat(H, S, s0 / m)
+        F = _without_normal(F)
     return Moments(E0, S, H, F, even(_first(blocks["Ct"], n).transpose(2, 0, 1)), planar)
 
 
@@ -117,7 +140,8 @@ def _flat(H: np.ndarray, S: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Return the least H about the centre with the moment and the trace of a motion in the plane."""
     own = np.einsum("ai,b->abi", S, centre)
     X = H - own
-    trace, turn = (X[0, 0] + X[1, 1]) / 2, (X[1, 0] - X[0, 1]) / 2
+    trace = (X[0, 0] + X[1, 1]) / 2
+    turn = (X[1, 0] - X[0, 1]) / 2
     zero = np.zeros_like(trace)
     return own + np.array([[trace, -turn, zero], [turn, trace, zero], [zero, zero, zero]])
 

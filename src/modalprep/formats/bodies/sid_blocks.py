@@ -109,11 +109,13 @@ def number(text: str, line: int) -> float:
 
 def places(block: Section) -> list[tuple[int, tuple[int, ...], float, int]]:
     """Return the entries of a block: order, indices from 0, value, line."""
-    found, known = [], set()
+    found = []
+    known = set()
     for key, text, line in block.entries:
         if not (match := ENTRY.fullmatch(key)):
             continue
-        order, where = int(match[1]), tuple(int(index) - 1 for index in match[2].split(",") if index.strip())
+        order = int(match[1])
+        where = tuple(int(index) - 1 for index in match[2].split(",") if index.strip())
         if len(where) != order + 2 or (order, where) in known:
             raise InputError(f"line {line}: {key} has {len(where)} indices or stands there twice")
         known.add((order, where))
@@ -165,17 +167,30 @@ def read_contents(path: Path) -> Contents:
     """
     first, modal = read_sections(path)
     head, frame = modal.part("refmod"), modal.part("frame")
-    n, mass = head.whole("nelastq"), [number(text, line) for key, text, line in head.entries if key == "mass"]
+    n = head.whole("nelastq")
+    mass = [number(text, line) for key, text, line in head.entries if key == "mass"]
     if len(mass) != 1 or not mass[0] > 0:
         raise InputError("refmod has no positive mass")
     count = len(modal.part("Ke").entries)
     if not 0 < n <= count:
         raise InputError(f"nelastq is {n}, but Ke has {count} lines; the file has no modes or is damaged")
     shapes = {
-        "mdCM": ((3, 1),), "J": ((6, 1), (3, 3)), "Ct": ((n, 3),), "Cr": ((n, 3),), "Me": ((n, n),),
-        "Gr": ((3, 3 * n),), "Ge": ((n, 3 * n),), "Oe": ((n, 6),), "ksigma": ((n, 1),), "Ke": ((n, n),),
-        "De": ((n, n),), "origin": ((3, 1),), "phi": ((3, n),), "psi": ((3, n),), "AP": ((3, 3),),
-    }  # fmt: skip
+        "mdCM": ((3, 1),),
+        "J": ((6, 1), (3, 3)),
+        "Ct": ((n, 3),),
+        "Cr": ((n, 3),),
+        "Me": ((n, n),),
+        "Gr": ((3, 3 * n),),
+        "Ge": ((n, 3 * n),),
+        "Oe": ((n, 6),),
+        "ksigma": ((n, 1),),
+        "Ke": ((n, n),),
+        "De": ((n, n),),
+        "origin": ((3, 1),),
+        "phi": ((3, n),),
+        "psi": ((3, n),),
+        "AP": ((3, 3),),
+    }
     nodes = [part for part in frame.parts if part.name == "node"]
     blocks = [b for part in (modal, *nodes) for b in part.parts if b.name in shapes]
     last = mode_is_last(blocks, n)

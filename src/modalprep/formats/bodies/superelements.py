@@ -72,7 +72,8 @@ def _recovered(PHI: np.ndarray, K: np.ndarray) -> Recovered:
         raise InputError(f"PHI has the shape {PHI.shape}; it needs {len(K)} columns, and three or six rows for a node")
     root = np.eye(len(K), 6)
     T = rigid_motion(checked(K, "stiffness", "row {}".format), root, np.arange(6, len(K)), "row {}".format)
-    blocks, moved = PHI.reshape(-1, 3, len(K)), (PHI @ T).reshape(-1, 3, 6)
+    blocks = PHI.reshape(-1, 3, len(K))
+    moved = (PHI @ T).reshape(-1, 3, 6)
     turning = np.abs(moved[:, :, :3]).max(axis=(1, 2)) <= RIGID
     count = 2 * int(turning.sum())
     wanted = np.zeros(len(turning), dtype=bool)
@@ -97,23 +98,36 @@ def _superelement(
         np.concatenate([nodes.motion[others].reshape(-1, 3, len(K)), nodes.shape]),
     )
     body = body_from_reduced(
-        name, K, M, nodes.place[kept], damping=damping, dof=np.array([own[k] for k in kept]),
-        names=[names[k] for k in kept], points=points, **units,
-    )  # fmt: skip
+        name,
+        K,
+        M,
+        nodes.place[kept],
+        damping=damping,
+        dof=np.array([own[k] for k in kept]),
+        names=[names[k] for k in kept],
+        points=points,
+        **units,
+    )
     mesh = len(kept) + 2 * len(others)
     length = unit_factors(**units)[0]
     followed = body.shape[len(kept) : mesh]
-    phi, psi = np.concatenate([body.phi, followed[::2]]), np.concatenate([body.psi, followed[1::2] / length])
+    phi = np.concatenate([body.phi, followed[::2]])
+    psi = np.concatenate([body.psi, followed[1::2] / length])
     place = np.concatenate([body.interface_position, length * nodes.place[others]])
     rigid = Rigid(body.m, body.s0, body.E0)
     turn = moments(rigid, body.S, cross_moment(body.H), body.H).turn
     Kg = turning_stiffness(rigid, turn, body.S, body.H, place, phi, psi)
     drawn = slice(mesh if len(nodes.points) else 0, None)
     return body.with_(
-        phi=phi, psi=psi, interface_position=place, Kg_F=Kg.Kg_F, Kg_T=Kg.Kg_T,
+        phi=phi,
+        psi=psi,
+        interface_position=place,
+        Kg_F=Kg.Kg_F,
+        Kg_T=Kg.Kg_T,
         interface_name=(*body.interface_name, *(names[k] for k in others)),
-        points=body.points[drawn], shape=body.shape[drawn],
-    )  # fmt: skip
+        points=body.points[drawn],
+        shape=body.shape[drawn],
+    )
 
 
 def _rows(motion: np.ndarray) -> np.ndarray | None:

@@ -48,15 +48,20 @@ def _column(function: Callable, step: np.ndarray, size: float) -> tuple[np.ndarr
         return (function(h * step) - function(-h * step)) / (2 * h * size)
 
     longest, row = _largest_step(slope)
-    best, error = row[0], np.full(len(row[0]), np.inf)
+    best = row[0]
+    error = np.full(len(row[0]), np.inf)
     for level in range(1, LEVELS):
-        new, before = [slope(0.5**level * longest)], error.max(initial=0.0)
+        new = [slope(0.5**level * longest)]
+        before = error.max(initial=0.0)
         for k, old in enumerate(row):
             new.append(new[k] + (new[k] - old) / (4.0 ** (k + 1) - 1))
             guess = np.maximum(np.abs(new[-1] - new[-2]), np.abs(new[-1] - old))
             better = guess < error
-            best, error = np.where(better, new[-1], best), np.where(better, guess, error)
-        row, left, largest = new, error.max(initial=0.0), np.abs(best).max(initial=0.0)
+            best = np.where(better, new[-1], best)
+            error = np.where(better, guess, error)
+        row = new
+        left = error.max(initial=0.0)
+        largest = np.abs(best).max(initial=0.0)
         if left <= GOOD * largest or (before <= FAIR * largest and left > before / 2):
             break
     return best, error

@@ -159,7 +159,8 @@ class _State:
 
     def __init__(self, chart: Chart, steady: bool) -> None:
         self.chart, self.evaluator, self.steady = chart, chart.evaluator, steady
-        self.scale, self.n = chart.evaluator.scale[chart.independent], len(chart.independent)
+        self.scale = chart.evaluator.scale[chart.independent]
+        self.n = len(chart.independent)
 
     def y(self, z: np.ndarray) -> np.ndarray:
         return self.chart.moved(self.scale * z)
@@ -171,7 +172,8 @@ class _State:
 
     def largest_force(self, g: np.ndarray) -> float:
         """Largest of the forces that balance each other, times their scales: those of deflected modes, and the rest."""
-        evaluator, found = self.evaluator, np.abs(g).max(initial=0.0)
+        evaluator = self.evaluator
+        found = np.abs(g).max(initial=0.0)
         for name, body in evaluator.system.bodies.items():
             own = [k for k, owner in enumerate(evaluator.owner) if owner == ("body", name)]
             q = self.chart.y[evaluator.coordinates("body", name)]
@@ -207,7 +209,8 @@ def _step(at: _State, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
     if not len(g):
         return g, 1.0
     d = np.sqrt(at.own_stiffness(K))
-    g, K = g / d, K / np.outer(d, d)
+    g = g / d
+    K = K / np.outer(d, d)
     lowest = float(np.linalg.eigvalsh((K + K.T) / 2)[0])
     lowest = 0.0 if abs(lowest) <= FLAT else lowest
     shift = 0.0 if lowest > 0 else FLAT - lowest + np.linalg.norm(g)

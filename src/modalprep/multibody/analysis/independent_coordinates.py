@@ -65,7 +65,8 @@ class Chart:
         G = self._jacobian(y)
         scaled = G * evaluator.scale
         order = scipy.linalg.qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
-        self.dependent, self.independent = np.sort(order[: len(G)]), np.sort(order[len(G) :])
+        self.dependent = np.sort(order[: len(G)])
+        self.independent = np.sort(order[len(G) :])
         self.inverse = np.linalg.inv(G[:, self.dependent])
         self.R = self.tangent(y)
         if len(G) < evaluator.gap_count:
@@ -83,7 +84,8 @@ class Chart:
 
     def tangent(self, y: np.ndarray) -> np.ndarray:
         """Return R (nu, n) at another state, for the same independent coordinates."""
-        G, R = self._jacobian(y), np.zeros((self.evaluator.nu, len(self.independent)))
+        G = self._jacobian(y)
+        R = np.zeros((self.evaluator.nu, len(self.independent)))
         R[self.independent, np.arange(len(self.independent))] = 1.0
         R[self.dependent] = -np.linalg.solve(G[:, self.dependent], G[:, self.independent])
         return R
@@ -98,7 +100,8 @@ class Chart:
         SimulationError
             When the loops cannot be closed there.
         """
-        evaluator, step = self.evaluator, self.R @ change
+        evaluator = self.evaluator
+        step = self.R @ change
         state = evaluator.moved(self.y, step)
         inverse = self.inverse
 

@@ -35,7 +35,9 @@ class Input:
     """
 
     def __init__(self, evaluator: Evaluator, name: str) -> None:
-        self.evaluator, self.tau, self.wrench = evaluator, np.zeros(evaluator.nu), np.zeros(6)
+        self.evaluator = evaluator
+        self.tau = np.zeros(evaluator.nu)
+        self.wrench = np.zeros(6)
         self.link, self.node = -1, 0
         joint, _, number = name.partition(".")
         parts = name.rsplit(".", 2)
@@ -54,7 +56,8 @@ class Input:
     def apply(self, size: float) -> np.ndarray:
         """Apply it between `Evaluator.load` and `Evaluator.accelerations`; returns its hinge forces (nu,)."""
         if self.link >= 0:
-            p, w = self.evaluator, tuple((size * self.wrench).tolist())
+            p = self.evaluator
+            w = tuple((size * self.wrench).tolist())
             add_wrench(p.packed.model, p.data, self.link, self.node, w[:3], w[3:])
             p.applied.append((self.at, size * self.wrench))
         return size * self.tau
@@ -80,7 +83,8 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
     if len(parts) == 3 and parts[1] in MOTIONS and parts[2] in AXES:
         return _motion(evaluator, *_interface(evaluator, parts[0], name), parts[1], AXES.index(parts[2]), y)
     if first in evaluator.system.bodies and rest.startswith("modal."):
-        indices, number = evaluator.coordinates("body", first), rest.removeprefix("modal.")
+        indices = evaluator.coordinates("body", first)
+        number = rest.removeprefix("modal.")
         if number.isdigit() and 1 <= int(number) <= len(indices):
             return lambda y, k=indices[int(number) - 1]: y[k]
     if first in evaluator.system.bodies and rest.startswith("stress."):
@@ -130,7 +134,8 @@ def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
 
 
 def _stress(evaluator: Evaluator, body: str, component: str, name: str) -> Callable[[np.ndarray], float]:
-    points, modal = evaluator.system.bodies[body].stress, evaluator.coordinates("body", body)
+    points = evaluator.system.bodies[body].stress
+    modal = evaluator.coordinates("body", body)
     rows = {f"{p}.{c}": row for p, at in points.items() for c, row in zip(at.components, at.modes, strict=True)}
     if component not in rows:
         raise InputError(f"output {name!r}: {suggestion(component, rows, f'the linear stresses of {body} are')}")

@@ -90,7 +90,8 @@ def _states(run: Integration, times: np.ndarray) -> np.ndarray:
 def _evaluated(run: Integration, t: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the accelerations (nu,) and the multipliers, summed over each closure, of a state."""
     run.loading.enter(*next(s for s in run.loading.stretches if t <= s[1]))
-    ydot, loops = np.zeros(len(y)), run.loading.loops
+    ydot = np.zeros(len(y))
+    loops = run.loading.loops
     evaluate(run.equations, t, y, ydot)
     run.raise_callback()
     rows = [loops.closing.of(k) for k in range(len(run.system.closures))]

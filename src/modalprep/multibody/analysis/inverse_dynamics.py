@@ -176,7 +176,8 @@ def _looped(system: System, motion: Mapping[str, Any], times: np.ndarray, modes:
 def _result(
     system: System, times: np.ndarray, y: np.ndarray, udot: np.ndarray, force: dict[str, np.ndarray]
 ) -> InverseDynamics:
-    packed, modal = pack(system), {}
+    packed = pack(system)
+    modal = {}
     for name, body in system.bodies.items():
         first = packed.modes_of(name).start
         modal[name] = y[:, first : first + body.n]
@@ -227,7 +228,8 @@ class _Guided:
     def response(self, t: float, y: np.ndarray, *, dynamic: bool) -> tuple[np.ndarray, np.ndarray]:
         """Return all accelerations, those without a history by the equations of motion, and the required forces."""
         udot = self.guide(t, y)
-        need, left = self.evaluator.required(y, udot), self.left
+        need = self.evaluator.required(y, udot)
+        left = self.left
         if dynamic and len(left):
             unit = np.eye(self.evaluator.nu)[left]
             columns = np.column_stack([self.evaluator.required(y, udot + e) - need for e in unit])
@@ -237,7 +239,8 @@ class _Guided:
 
     def dynamic(self, times: np.ndarray, rtol: float) -> np.ndarray:
         """Return the states (nt, nx + nu) by integration of the coordinates without a history."""
-        evaluator, y = self.evaluator, self.start.copy()
+        evaluator = self.evaluator
+        y = self.start.copy()
 
         def rate(t: float, y: np.ndarray) -> np.ndarray:
             y, out = y.copy(), np.zeros(len(y))
@@ -257,19 +260,28 @@ class _Guided:
 
     def _integrated(self, rate: Callable, y: np.ndarray, times: np.ndarray, rtol: float) -> np.ndarray:
         """Return the states at the times, in stretches between which functions of time bend or vary more quickly."""
-        loading, laws = self.evaluator.loading, [law for _, _, law in self.laws]
+        loading = self.evaluator.loading
+        laws = [law for _, _, law in self.laws]
         tables = [loading.arrays.environment.tables, tabulate(laws, float(times[-1]))]
-        bounds, breaks = step_bounds(tables, float(times[-1])), [t for each in tables for t in each.until]
+        bounds = step_bounds(tables, float(times[-1]))
+        breaks = [t for each in tables for t in each.until]
         begins, longest = bounds.cells.T
         inside = [t for t in (*begins, *bounds.ends, *breaks) if times[0] < t < times[-1]]
         states = [y]
         for begin, end in pairwise(np.unique([times[0], *inside, times[-1]])):
-            here, last = times[(times > begin) & (times <= end)], np.nextafter(end, begin)
+            here = times[(times > begin) & (times <= end)]
+            last = np.nextafter(end, begin)
             cell = np.searchsorted(begins, begin, side="right")
             run = solve_ivp(
-                lambda t, y, last=last: rate(min(t, last), y), (begin, end), y, method="DOP853", rtol=rtol,
-                t_eval=np.unique([*here, end]), atol=1e-3 * rtol, max_step=longest[cell - 1] if cell else np.inf,
-            )  # fmt: skip
+                lambda t, y, last=last: rate(min(t, last), y),
+                (begin, end),
+                y,
+                method="DOP853",
+                rtol=rtol,
+                t_eval=np.unique([*here, end]),
+                atol=1e-3 * rtol,
+                max_step=longest[cell - 1] if cell else np.inf,
+            )
             if not run.success:
                 raise SimulationError(f"inverse dynamics stopped at t = {run.t[-1]:g} s: {run.message}")
             y = run.y[:, -1]
@@ -283,7 +295,8 @@ class _Guided:
             raise InputError(
                 f"inverse dynamics: joint {passive[0]!r} has no history; give it one, or use dynamic modes"
             )
-        y, states = self.start.copy(), []
+        y = self.start.copy()
+        states = []
         y[self.evaluator.nx :] = 0.0
         for t in times:
             y = self._settled(float(t), y)
@@ -292,7 +305,8 @@ class _Guided:
 
     def _settled(self, t: float, y: np.ndarray) -> np.ndarray:
         evaluator, left = self.evaluator, self.left
-        udot, scale = self.guide(t, y := y.copy()), self.evaluator.scale[self.left]
+        udot = self.guide(t, y := y.copy())
+        scale = self.evaluator.scale[self.left]
         lift = np.eye(evaluator.nu)[:, left] * scale
         for _ in range(MAX_STEPS):
 

@@ -84,8 +84,11 @@ def linearise(
     if y.shape != (evaluator.nx + evaluator.nu,) or not np.all(np.isfinite(y)):
         raise InputError(f"the state needs {evaluator.nx + evaluator.nu} finite numbers; it has {y.size}")
     chart = Chart(evaluator, y := evaluator.closed(y))
-    applied, read = [Input(evaluator, name) for name in inputs], [output(evaluator, name, y) for name in outputs]
-    free, n, ni = chart.independent, len(chart.independent), len(inputs)
+    applied = [Input(evaluator, name) for name in inputs]
+    read = [output(evaluator, name, y) for name in outputs]
+    free = chart.independent
+    n = len(chart.independent)
+    ni = len(inputs)
 
     def response(z: np.ndarray) -> np.ndarray:
         state = chart.moved(z[:n], z[n : 2 * n])

@@ -61,9 +61,11 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     stiffness = np.diag(body.K) + np.einsum("ab,abij->ij", W, body.P + body.Kg_W) + np.einsum("a,aij->ij", A, body.Kg_A)
     gyroscopic = 2 * np.einsum("ab,abij->ij", w, body.P) + np.diag(body.D)
     load = np.einsum("an,a->n", body.S, A) + np.einsum("ab,abn->n", W, body.H)
-    q0, n = -np.linalg.solve(stiffness, load), body.n
+    q0 = -np.linalg.solve(stiffness, load)
+    n = body.n
     M = steady_mass(body, q0)
-    stiffness, gyroscopic = np.linalg.solve(M, stiffness), np.linalg.solve(M, gyroscopic)
+    stiffness = np.linalg.solve(M, stiffness)
+    gyroscopic = np.linalg.solve(M, gyroscopic)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -gyroscopic]])
     roots = eigvals(state)
     return SpinModes(frequency=np.sort(np.abs(roots.imag))[::2] / (2 * np.pi), q0=q0)

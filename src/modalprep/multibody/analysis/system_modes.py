@@ -86,7 +86,8 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     linear = linearise(system, y, t, outputs=names)
     values, vectors, error = _roots(system, linear, t)
     kept = _once(values, error)
-    values, vectors = values[kept], vectors[:, kept]
+    values = values[kept]
+    vectors = vectors[:, kept]
     shape = linear.R @ vectors[: len(linear.independent)]
     largest = shape[np.argmax(np.abs(shape), axis=0), np.arange(len(kept))]
     vectors, shape = vectors / largest, shape / largest

@@ -56,7 +56,8 @@ def tangent(chart: Chart, udot: np.ndarray, N: np.ndarray) -> Tangent:
     SimulationError
         When the forces do not exist near the state.
     """
-    evaluator, n = chart.evaluator, len(chart.independent)
+    evaluator = chart.evaluator
+    n = len(chart.independent)
     own, scale = udot[chart.independent], evaluator.scale[chart.independent]
 
     def force(z: np.ndarray) -> np.ndarray:
@@ -86,9 +87,12 @@ def roots(t: Tangent) -> Roots:
     >>> np.sort(np.abs(roots(chain).values))[::2].round(9).tolist()
     [1.0, 1000000.0]
     """
-    n, w = len(t.M), _slowest(t)
+    n = len(t.M)
+    w = _slowest(t)
     S = 1 / np.sqrt(np.abs(np.diag(t.K)) + w**2 * np.diag(t.M))
-    N, one, none = t.N * S / (S[:, None] * w), np.eye(n), np.zeros((n, n))
+    N = t.N * S / (S[:, None] * w)
+    one = np.eye(n)
+    none = np.zeros((n, n))
     M, D, K, D_error, K_error = (
         X * S * S[:, None] for X in (w**2 * t.M, w * t.D, t.K, w * t.D_error, t.K_error + EPS * np.abs(t.K))
     )
@@ -100,7 +104,9 @@ def roots(t: Tangent) -> Roots:
     across = np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).tiny)
     error = (np.diag(off) / np.abs(mu) + own) / across
     values = 1 + 1 / mu
-    fast, dual = np.abs(values) > 1, (inverse.T @ left).conj()  # inversion costs fast roots digits, but none is zero
+    # inversion costs fast roots digits, but none is zero
+    fast = np.abs(values) > 1
+    dual = (inverse.T @ left).conj()
     values[fast] = (np.sum(dual * (F @ right), axis=0) / np.sum(dual * (E @ right), axis=0))[fast]
     error[fast] = 0.0
     return Roots(values=w * values, vectors=right * np.concatenate([S, w * S])[:, None], error=w * error)

@@ -41,9 +41,14 @@ class Phase:
     """The system between two changes of its stages."""
 
     def __init__(
-        self, run: RunSettings, stages: list[Stage], t: float, start: dict, before: Phase | None = None,
+        self,
+        run: RunSettings,
+        stages: list[Stage],
+        t: float,
+        start: dict,
+        before: Phase | None = None,
         hinges: dict | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.settings, self.method, self.stages, self.t = run, run.method, stages, t
         self.system = run.system.at(stages, start)
         self.packed = pack(self.system)
@@ -59,10 +64,18 @@ class Phase:
             y[x], y[u] = position, rate
         later = run.times[run.times > t * (1 + 1e-14)] if before else run.times
         self.integration = Integration(
-            self.system, self.packed, self.loading, y, later, deflections(self.system, self.packed),
-            method=run.method, events=self._events(), **run.tolerances,
-        )  # fmt: skip
-        self.steps, self.counts = self.integration.steps, {}
+            self.system,
+            self.packed,
+            self.loading,
+            y,
+            later,
+            deflections(self.system, self.packed),
+            method=run.method,
+            events=self._events(),
+            **run.tolerances,
+        )
+        self.steps = self.integration.steps
+        self.counts = {}
         self.loading.enter(*self.loading.stretches[0])
         if before:
             self.steps.size[0] = before.steps.size[0]
@@ -137,7 +150,9 @@ class Phase:
         changes the direction of its velocity. Before the impulse the next rod moves freely.
         """
         (first, spin), (turn, rate) = (self.relative(f"{d.name}{k}") for k in (stage.rods, stage.rods - 1))
-        speed, spin, rotation = self.length_and_speed(d)[1], turn.T @ spin + rate, first @ turn
+        speed = self.length_and_speed(d)[1]
+        spin = turn.T @ spin + rate
+        rotation = first @ turn
         system = self.settings.system.without_exit(self.stages, d, rotation, speed * turn[0], spin)
         packed = pack(system)
         _take_masses(self.packed, self.integration.equations.data, packed, self.settings.system.bodies)
@@ -175,7 +190,8 @@ def apply_impulse(m: Equations, packed: Packed, t: float, y: np.ndarray, rows: n
     The inertia of these speeds does not affect the result; a unit inertia is added to them, so that the rotation of a
     thin rod about its own axis is determinate.
     """
-    nx, more = packed.nx, np.zeros(packed.nu)
+    nx = packed.nx
+    more = np.zeros(packed.nu)
     more[rows] = 1.0
     load(m, t, y)
     kernel.inward(m.model, m.data, m.tau, more, 0.0, 0.0)
@@ -213,6 +229,7 @@ def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
 def _take_masses(old: Packed, data: Data, new: Packed, bodies: Iterable[str]) -> None:
     """Let bodies of a new model have the masses that they have now, with what is stowed on them."""
     for body in bodies:
-        now, link = data.links[old.link_of(body)], new.model.links[new.link_of(body)]
+        now = data.links[old.link_of(body)]
+        link = new.model.links[new.link_of(body)]
         for name in ("mass", "first_moment", "inertia"):
             link[name] = now[name]

@@ -63,7 +63,8 @@ class DeployingSystem(Record):
         System
             With the rods that are deployed then.
         """
-        bodies, joints = dict(self.bodies), list(self.joints)
+        bodies = dict(self.bodies)
+        joints = list(self.joints)
         for d, stage in zip(self.deployments, stages, strict=True):
             new = _bodies(d, stage)
             for twice in new.keys() & bodies.keys():
@@ -85,13 +86,20 @@ class DeployingSystem(Record):
         System
             Of one rod less.
         """
-        full, stage = self.at(stages), stages[self.deployments.index(d)]
+        full = self.at(stages)
+        stage = stages[self.deployments.index(d)]
         removed = {d.exit_body, f"{d.name}{stage.rods}"}
         rod = f"{d.name}{stage.rods - 1}"
         free = Joint(
-            name=rod, type="free", parent=d.parent, child=rod, position=d.position, rotation=d.frame @ rotation,
-            velocity=velocity, angular_velocity=spin,
-        )  # fmt: skip
+            name=rod,
+            type="free",
+            parent=d.parent,
+            child=rod,
+            position=d.position,
+            rotation=d.frame @ rotation,
+            velocity=velocity,
+            angular_velocity=spin,
+        )
         kept = tuple(joint for joint in full.joints if full.child(joint) not in {*removed, rod})
         bodies = {name: body for name, body in full.bodies.items() if name not in removed}
         return full.with_(bodies=bodies, joints=(*kept, free))
@@ -108,7 +116,8 @@ class DeployingSystem(Record):
 
 
 def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:
-    mass, ends = d.mass_per_length * d.rod_length, {"root": np.zeros(3), "tip": np.array([d.rod_length, 0, 0])}
+    mass = d.mass_per_length * d.rod_length
+    ends = {"root": np.zeros(3), "tip": np.array([d.rod_length, 0, 0])}
     across = mass * d.rod_length**2 / 12
     inertia = np.diag([d.rotary_inertia * d.rod_length, across, across])
     rod = rigid_body(d.name, mass=mass, centre=ends["tip"] / 2, inertia=inertia, interfaces=ends)
@@ -120,7 +129,8 @@ def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:
 
 def _joints(d: Deployment, stage: Stage) -> Iterator[Joint]:
     """Yield exit hinge, sliding joint, then the hinges outwards."""
-    n, welded = stage.rods, max(1, stage.rods - 1) if stage.locked else 0
+    n = stage.rods
+    welded = max(1, stage.rods - 1) if stage.locked else 0
     outside = {"parent": d.parent, "child": d.exit_body, "position": d.position, "rotation": d.frame}
     yield _guide(d, stage, **outside) if d.guided else _hinge(d, n, stage, welded=n == welded, **outside)
     yield _slider(d, stage)

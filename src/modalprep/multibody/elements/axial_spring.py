@@ -21,15 +21,17 @@ from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.loads import AxialSpring
 from modalprep.multibody.packing.tree import rows
 
-ROW = np.dtype([
-    *TWO_ENDS,
-    ("actuator", np.int64),  # function of time
-    ("tension_only", np.int64),
-    ("stiffness", np.float64),
-    ("damping", np.float64),
-    ("free_length", np.float64),
-    ("position", np.float64, 3),  # of an end on the ground
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        *TWO_ENDS,
+        ("actuator", np.int64),  # function of time
+        ("tension_only", np.int64),
+        ("stiffness", np.float64),
+        ("damping", np.float64),
+        ("free_length", np.float64),
+        ("position", np.float64, 3),  # of an end on the ground
+    ]
+)
 
 
 def pack(packer: Packer, loads: Sequence[AxialSpring]) -> np.recarray:
@@ -91,7 +93,8 @@ def law(c, actuator, a, b, va, vb):
     g = 1.0 / long if long > 0.0 else 0.0
     rate = g * dot3(d, (vb[0] - va[0], vb[1] - va[1], vb[2] - va[2]))
     stretch = long - c.free_length
-    elastic, other = c.stiffness * stretch, c.damping * rate + actuator
+    elastic = c.stiffness * stretch
+    other = c.damping * rate + actuator
     if c.tension_only:
         if stretch < 0.0:
             return ZERO3, long, 0.0, 0.0, 0.0

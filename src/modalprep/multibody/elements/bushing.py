@@ -34,15 +34,17 @@ from modalprep.multibody.model.loads import Bushing
 from modalprep.multibody.packing.tree import rows
 from modalprep.vectors import skew
 
-ROW = np.dtype([
-    *TWO_ENDS,
-    ("stiffness", np.float64, 6),
-    ("damping", np.float64, 6),
-    ("free_position", np.float64, 3),  # of the second frame in the first
-    ("free_rotation", np.float64, 9),
-    ("position", np.float64, 3),  # of a frame on the ground
-    ("rotation", np.float64, 9),
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        *TWO_ENDS,
+        ("stiffness", np.float64, 6),
+        ("damping", np.float64, 6),
+        ("free_position", np.float64, 3),  # of the second frame in the first
+        ("free_rotation", np.float64, 9),
+        ("position", np.float64, 3),  # of a frame on the ground
+        ("rotation", np.float64, 9),
+    ]
+)
 SMALL = 1e-2  # rad: below, the series of the rotation vector is exact to round-off
 NO_AXIS = 1e-8
 
@@ -62,12 +64,15 @@ def implicit(packed: np.recarray) -> list[ImplicitRow]:
     """Return a row for each axis of the first frame."""
     return [
         ImplicitRow(
-            POINT if k < 3 else ABOUT, np.eye(3)[k % 3], c.stiffness[k], c.damping[k],
+            POINT if k < 3 else ABOUT,
+            np.eye(3)[k % 3],
+            c.stiffness[k],
+            c.damping[k],
             ground_or_interface(c, c.rotation),
         )
         for c in packed
         for k in range(6)
-    ]  # fmt: skip
+    ]
 
 
 @compile_kernel
@@ -76,7 +81,8 @@ def apply(rows, environment, model, data, t):
     power, stored = 0.0, 0.0
     for i in range(len(rows)):
         own = rows[i]
-        place, turn = get3(own.position), get9(own.rotation)
+        place = get3(own.position)
+        turn = get9(own.rotation)
         first = motion(model, data, own.link_a, own.interface_a, place, turn)
         second = motion(model, data, own.link_b, own.interface_b, place, turn)
         f, m, back, p, e = law(own, first, second)
@@ -142,7 +148,8 @@ def _turned(c, Ra, Rb):
 def rotation_vector(Q):
     """Rotation vector of a rotation below 180 degrees, and c of ``1 + x~ / 2 + c x~ x~``, which takes moments to it."""
     a = (0.5 * (Q[7] - Q[5]), 0.5 * (Q[2] - Q[6]), 0.5 * (Q[3] - Q[1]))
-    s, c = np.sqrt(dot3(a, a)), 0.5 * (Q[0] + Q[4] + Q[8] - 1.0)
+    s = np.sqrt(dot3(a, a))
+    c = 0.5 * (Q[0] + Q[4] + Q[8] - 1.0)
     angle = np.arctan2(s, c)
     f = angle / s if s > NO_AXIS else 1.0
     if angle < SMALL:

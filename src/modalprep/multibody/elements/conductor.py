@@ -64,7 +64,8 @@ def apply(packed, environment, model, data, t):
 @compile_kernel
 def observe(packed, environment, model, data, t, i):
     """Return current and electromotive force of conductor i."""
-    own, total = packed.rows[i], 0.0
+    own = packed.rows[i]
+    total = 0.0
     for k in range(own.first, own.end):
         _, emf, _, _ = _segment(packed.segments[k], environment, model, data, t)
         total += emf
@@ -83,7 +84,8 @@ def _segment(ends, environment, model, data, t):
 def dense(load: Conductor, scene: Scene) -> DenseLoads:
     """Return the forces, the dipole's field by rotations from the planet's axes: the reference implementation."""
     orbit, total = scene.system.orbit, scene.nothing
-    d, u = orbit.dipole, orbit.argument_of_latitude + orbit.rate * scene.t
+    d = orbit.dipole
+    u = orbit.argument_of_latitude + orbit.rate * scene.t
     to_orbit = scipy.spatial.transform.Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])
     turn = d.longitude + orbit.planet_spin * scene.t
     north = to_orbit.inv().apply(scipy.spatial.transform.Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))

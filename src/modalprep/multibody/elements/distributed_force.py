@@ -28,13 +28,15 @@ from modalprep.multibody.model.loads import DistributedForce
 from modalprep.multibody.packing.tree import rows
 from modalprep.vectors import skew
 
-ROW = np.dtype([
-    ("link", np.int64),
-    ("follows", np.int64),  # whether its axes are those of the body
-    ("factor", np.int64),  # function of time
-    ("force", np.float64, 3),  # sum F_b; b in the axes of the load
-    ("moments", np.float64, 9),  # sum x_a F_b, by rows; a in the axes of the link
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        ("link", np.int64),
+        ("follows", np.int64),  # whether its axes are those of the body
+        ("factor", np.int64),  # function of time
+        ("force", np.float64, 3),  # sum F_b; b in the axes of the load
+        ("moments", np.float64, 9),  # sum x_a F_b, by rows; a in the axes of the link
+    ]
+)
 
 
 @by_address
@@ -56,8 +58,10 @@ def pack(packer: Packer, loads: Sequence[DistributedForce]) -> Distributed:
 
 
 def _row(packer: Packer, load: DistributedForce) -> tuple[tuple, np.ndarray]:
-    body, link = packer.system.bodies[load.body], packer.packed.link_of(load.body)
-    to_link, follows = packer.packed.align(link).T, load.axes == "body"
+    body = packer.system.bodies[load.body]
+    link = packer.packed.link_of(load.body)
+    to_link = packer.packed.align(link).T
+    follows = load.axes == "body"
     force = load.force @ to_link.T if follows else load.force
     shape = np.einsum("ac,pci->pai", to_link, body.shape)
     first = np.einsum("pa,pb->ab", body.points @ to_link.T, force)
@@ -77,14 +81,17 @@ def apply(packed, environment, model, data, t):
 
 @compile_kernel
 def _one(own, modes, environment, model, data, t):
-    factor, link = value(environment.tables, own.factor, t), data.links[own.link]
+    factor = value(environment.tables, own.factor, t)
+    link = data.links[own.link]
     base = get9(link.orientation)
     turn = UNIT9  # axes of the load to those of the link
     if not own.follows:
         turn = (base[0], base[3], base[6], base[1], base[4], base[7], base[2], base[5], base[8])
     f = times(turn, get3(own.force))
     X, power = _modal(data.modal, model, own.link, modes, factor, turn, get9(own.moments))
-    x, y, z = times(turn, (X[0], X[1], X[2])), times(turn, (X[3], X[4], X[5])), times(turn, (X[6], X[7], X[8]))
+    x = times(turn, (X[0], X[1], X[2]))
+    y = times(turn, (X[3], X[4], X[5]))
+    z = times(turn, (X[6], X[7], X[8]))
     m = (y[2] - z[1], z[0] - x[2], x[1] - y[0])  # sum r x F from the columns of sum r F'
     power += dot3(f, transposed_times(base, get3(link.velocity))) + dot3(m, seen_spin(data, own.link))
     add_at_origin(link, (factor * f[0], factor * f[1], factor * f[2]), (factor * m[0], factor * m[1], factor * m[2]))
@@ -99,7 +106,8 @@ def _modal(modal, model, link, shapes, factor, turn, X):
         s = model.links[link].slot
         if s >= 0:
             for a in range(model.links[link].modes):
-                N, own = get9(shapes[a]), 0.0
+                N = get9(shapes[a])
+                own = 0.0
                 for c in range(9):
                     own += N[c] * turn[c]
                 modal.load[s, a] += factor * own
@@ -111,7 +119,8 @@ def _modal(modal, model, link, shapes, factor, turn, X):
 def dense(load: DistributedForce, scene: Scene) -> DenseLoads:
     """Sum the mesh points, each with its own partial velocities: the reference implementation."""
     s: BodyState = scene.states[load.body]
-    f, power = np.zeros(s.J.shape[1]), 0.0
+    f = np.zeros(s.J.shape[1])
+    power = 0.0
     for x, shape, force in zip(s.body.points, s.body.shape, load.force, strict=True):
         own = value_at(load.factor, scene.t) * (force if load.axes == "body" else s.R.T @ force)
         r = x + shape @ s.q

@@ -23,15 +23,17 @@ from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.model.depletion import ExpelledGas
 from modalprep.multibody.packing.tree import rows
 
-ROW = np.dtype([
-    ("source", np.int64),  # function of time, the mass of the source
-    ("first", np.int64),  # point of its way
-    ("exit", np.int64),
-    ("mass_fraction", np.float64),
-    ("speed", np.float64),
-    ("pressure", np.float64),  # N
-    ("axis", np.float64, 3),  # at the exit
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        ("source", np.int64),  # function of time, the mass of the source
+        ("first", np.int64),  # point of its way
+        ("exit", np.int64),
+        ("mass_fraction", np.float64),
+        ("speed", np.float64),
+        ("pressure", np.float64),  # N
+        ("axis", np.float64, 3),  # at the exit
+    ]
+)
 POINT = np.dtype([("link", np.int64), ("interface", np.int64)])
 
 
@@ -73,7 +75,9 @@ def _jet(own, points, environment, model, data, t):
     flow = -own.mass_fraction * rate
     if flow == 0.0:
         return 0.0
-    power, before, turn = 0.0, ZERO3, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    power = 0.0
+    before = ZERO3
+    turn = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for k in range(own.first, own.exit + 1):
         _, turn, v, _ = node_state(model, data, points[k].link, points[k].interface)
         if k > own.first:
@@ -82,7 +86,8 @@ def _jet(own, points, environment, model, data, t):
                 add_wrench(model, data, points[end].link, points[end].interface, f, ZERO3)
             power += dot3(f, before) + dot3(f, v)
         before = v
-    push, axis = -flow * own.speed - (own.pressure if flow > 0.0 else 0.0), get3(own.axis)
+    push = -flow * own.speed - (own.pressure if flow > 0.0 else 0.0)
+    axis = get3(own.axis)
     f = times(turn, (push * axis[0], push * axis[1], push * axis[2]))
     add_wrench(model, data, points[own.exit].link, points[own.exit].interface, f, ZERO3)
     return power + dot3(f, before)

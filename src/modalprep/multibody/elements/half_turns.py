@@ -42,7 +42,8 @@ def follow_turns(loads, model, data, turns, now, h):
     write_turns(loads, model, data, now)
     n = len(loads.bushings)
     for i in range(len(turns)):
-        d, w = sub3(get3(now[i]), get3(turns[i])), get_angular(now[i])
+        d = sub3(get3(now[i]), get3(turns[i]))
+        w = get_angular(now[i])
         d = d if dot3(d, d) > np.pi * np.pi else (h * w[0], h * w[1], h * w[2])
         if dot3(d, d) > MOST * MOST:
             if i >= n and loads.rotational_springs.rows[i - n].jumps:

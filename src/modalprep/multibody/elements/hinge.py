@@ -15,15 +15,24 @@ from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 
 CONSTANTS = (
-    "stiffness", "free_position", "damping", "friction", "transition_velocity", "lower", "upper", "limit_stiffness",
+    "stiffness",
+    "free_position",
+    "damping",
+    "friction",
+    "transition_velocity",
+    "lower",
+    "upper",
+    "limit_stiffness",
     "limit_damping",
-)  # fmt: skip
-ROW = np.dtype([
-    ("coordinate", np.int64),  # -1: of a joint without named coordinates
-    ("speed", np.int64),
-    ("drive", np.int64),  # function of time
-    *((name, np.float64) for name in CONSTANTS),
-])  # fmt: skip
+)
+ROW = np.dtype(
+    [
+        ("coordinate", np.int64),  # -1: of a joint without named coordinates
+        ("speed", np.int64),
+        ("drive", np.int64),  # function of time
+        *((name, np.float64) for name in CONSTANTS),
+    ]
+)
 
 
 def pack(packer: Packer) -> np.recarray:
@@ -85,7 +94,8 @@ def law(c, x, u, drive):
     above, below = x - c.upper, c.lower - x
     if above > 0.0 or below > 0.0:
         side = 1.0 if above > 0.0 else -1.0
-        p, k = above if above > 0.0 else below, c.limit_stiffness
+        p = above if above > 0.0 else below
+        k = c.limit_stiffness
         factor = 1.0 + c.limit_damping * side * u
         tau -= side * k * p
         stored += 0.5 * k * p * p
@@ -100,13 +110,16 @@ def law(c, x, u, drive):
 
 def dense(system: System, packed: Packed, y: np.ndarray, t: float) -> DenseLoads:
     """Return what the elements of all joints do: the reference implementation."""
-    f, power, stored = np.zeros(packed.nu), 0.0, 0.0
+    f = np.zeros(packed.nu)
+    power = 0.0
+    stored = 0.0
     for joint in system.joints:
         for element, (x, u) in zip(joint.elements, _places(packed, joint.name), strict=bool(joint.elements)):
             rate = y[packed.nx + u]
             spring, other, energy = _element(element, 0.0 if x < 0 else y[x], rate, t)
             f[u] += spring + other
-            power, stored = power + other * rate, stored + energy
+            power = power + other * rate
+            stored = stored + energy
     return DenseLoads(f, power, stored, 0.0)
 
 

@@ -30,23 +30,25 @@ from modalprep.multibody.model.hydrodynamics import ImmersedRod, end_positions
 from modalprep.multibody.packing.tree import rows
 from modalprep.vectors import skew
 
-ROW = np.dtype([
-    ("link", np.int64),
-    ("current", np.int64),  # its first row of the current
-    ("currents", np.int64),
-    ("start", np.float64, 3),  # axes of the link, as the following
-    ("axis", np.float64, 3),
-    ("length", np.float64),
-    ("normal", np.float64),  # drag across and along, N s^2/m^2 per m
-    ("tangential", np.float64),
-    ("added", np.float64),  # added and displaced mass, kg/m
-    ("displaced", np.float64),
-    ("surface", np.float64),  # height, m
-    ("up", np.float64, 3),  # inertial
-    ("M", np.float64, 6),  # added mass as a spatial inertia [[M, H], [H', J]] at the link's origin
-    ("H", np.float64, 9),
-    ("J", np.float64, 6),
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        ("link", np.int64),
+        ("current", np.int64),  # its first row of the current
+        ("currents", np.int64),
+        ("start", np.float64, 3),  # axes of the link, as the following
+        ("axis", np.float64, 3),
+        ("length", np.float64),
+        ("normal", np.float64),  # drag across and along, N s^2/m^2 per m
+        ("tangential", np.float64),
+        ("added", np.float64),  # added and displaced mass, kg/m
+        ("displaced", np.float64),
+        ("surface", np.float64),  # height, m
+        ("up", np.float64, 3),  # inertial
+        ("M", np.float64, 6),  # added mass as a spatial inertia [[M, H], [H', J]] at the link's origin
+        ("H", np.float64, 9),
+        ("J", np.float64, 6),
+    ]
+)
 GAUSS = tuple(((1 + float(x)) / 2, float(w) / 2) for x, w in zip(*np.polynomial.legendre.leggauss(5), strict=True))
 
 
@@ -74,7 +76,8 @@ def _constants(packer: Packer, rod: ImmersedRod) -> tuple:
     align = packer.packed.align(packer.packed.link_of(rod.body))
     first, last = (align.T @ end for end in end_positions(packer.system.bodies[rod.body], rod))
     length = float(np.linalg.norm(last - first))
-    axis, water = (last - first) / length, rod.water
+    axis = (last - first) / length
+    water = rod.water
     numbers = (length, rod.normal, rod.tangential, rod.added, rod.displaced, water.surface, water.up)
     return (first, axis, *numbers, *added_inertia(first, axis, length, rod.added))
 
@@ -86,7 +89,8 @@ def added_inertia(
 
     ``int m [1, -r~]' P [1, -r~] ds`` with P across the rod; exact, the integrand is of second degree.
     """
-    P, total = np.eye(3) - np.outer(axis, axis), np.zeros((6, 6))
+    P = np.eye(3) - np.outer(axis, axis)
+    total = np.zeros((6, 6))
     for x, weight in zip(*np.polynomial.legendre.leggauss(2), strict=True):
         r = first + (1 + x) / 2 * length * axis
         lever = np.hstack([np.eye(3), -skew(r)])
@@ -128,9 +132,13 @@ def law(c, profile, link, g):
     kinetic energy of the water, ``m v P v / 2``
     potential of the buoyancy
     """
-    base, p, v, w = get9(link.orientation), get3(link.position), get3(link.velocity), get3(link.omega)
+    base = get9(link.orientation)
+    p = get3(link.position)
+    v = get3(link.velocity)
+    w = get3(link.omega)
     start, axis, up = get3(c.start), get3(c.axis), get3(c.up)
-    own, turn = transposed_times(base, v), cross(w, axis)
+    own = transposed_times(base, v)
+    turn = cross(w, axis)
     weight = transposed_times(base, g)
     force, torque, power, stored, potential = ZERO3, ZERO3, 0.0, 0.0, 0.0
     for k in range(len(GAUSS)):
@@ -144,12 +152,14 @@ def law(c, profile, link, g):
         slip = axpy3(moves, -1.0, transposed_times(base, current))
         ahead = dot3(axis, slip)
         across = axpy3(slip, -ahead, axis)
-        a, b = -c.normal * np.sqrt(dot3(across, across)), -c.tangential * abs(ahead) * ahead
+        a = -c.normal * np.sqrt(dot3(across, across))
+        b = -c.tangential * abs(ahead) * ahead
         drag = axpy3((a * across[0], a * across[1], a * across[2]), b, axis)
         swing = add3(cross(w, wr), weight)
         swing = axpy3(swing, -dot3(axis, swing), axis)
         f = axpy3(axpy3(drag, -c.added, swing), -c.displaced, weight)
-        force, torque = axpy3(force, ds, f), axpy3(torque, ds, cross(r, f))
+        force = axpy3(force, ds, f)
+        torque = axpy3(torque, ds, cross(r, f))
         along = dot3(axis, moves)
         power += ds * (dot3(drag, moves) - c.added * dot3(turn, moves) * along)
         stored += 0.5 * ds * c.added * (dot3(moves, moves) - along * along)
@@ -175,19 +185,31 @@ def _current(profile, first, count, depth):
 
 def dense(load: ImmersedRod, scene: Scene) -> DenseLoads:
     """Sum strips, each with its own partial velocities: the reference implementation."""
-    s, gravity = scene.states[load.body], scene.system.gravity
+    s = scene.states[load.body]
+    gravity = scene.system.gravity
     first, last = end_positions(s.body, load)
     length = np.linalg.norm(last - first)
-    axis, w, g = (last - first) / length, s.V[3:], s.R.T @ gravity
-    P, turn = np.eye(3) - np.outer(axis, axis), np.cross(w, axis)
-    nu, water = s.J.shape[1], load.water
-    f, mass, power, stored, potential = np.zeros(nu), np.zeros((nu, nu)), 0.0, 0.0, 0.0
+    axis = (last - first) / length
+    w = s.V[3:]
+    g = s.R.T @ gravity
+    P = np.eye(3) - np.outer(axis, axis)
+    turn = np.cross(w, axis)
+    nu = s.J.shape[1]
+    water = load.water
+    f = np.zeros(nu)
+    mass = np.zeros((nu, nu))
+    power = 0.0
+    stored = 0.0
+    potential = 0.0
     for x, weight in zip(*np.polynomial.legendre.leggauss(len(GAUSS)), strict=True):
-        r, ds = first + (1 + x) / 2 * (last - first), weight * length / 2
-        J, v = s.J[:3] - skew(r) @ s.J[3:], s.V[:3] + np.cross(w, r)
+        r = first + (1 + x) / 2 * (last - first)
+        ds = weight * length / 2
+        J = s.J[:3] - skew(r) @ s.J[3:]
+        v = s.V[:3] + np.cross(w, r)
         place = s.p + s.R @ r
         slip = v - s.R.T @ water.at(water.surface - water.up @ place)
-        along, across = (axis @ slip) * axis, P @ slip
+        along = (axis @ slip) * axis
+        across = P @ slip
         drag = -load.normal * np.linalg.norm(across) * across - load.tangential * np.linalg.norm(along) * along
         fall = s.c[:3] + np.cross(s.c[3:], r) + np.cross(w, np.cross(w, r)) + g  # acceleration without u'
         f += ds * J.T @ (drag - load.added * P @ fall - load.displaced * g)

@@ -44,7 +44,10 @@ def with_force_elements(loops: Constraints | None, loads: Loads) -> Constraints 
     packed = np.zeros(len(found), ROW).view(np.recarray)
     for k, row in enumerate(found):
         own = packed[k]
-        own.kind, own.a, own.b, own.table = row.kind, first + 2 * k, first + 2 * k + 1, -1
+        own.kind = row.kind
+        own.a = first + 2 * k
+        own.b = first + 2 * k + 1
+        own.table = -1
         own.in_a, own.stiffness, own.damping = row.axis, row.stiffness, row.damping
     ends = rows(END, [end for row in found for end in row.ends])
     compliant = Constraints(loads.environment.tables, ends, packed, rows(TERM, []))

@@ -107,7 +107,8 @@ class Packer:
         InputError
             When a function cannot be used there; the message names its owner.
         """
-        names, functions = [name for name, _ in self.functions], [function for _, function in self.functions]
+        names = [name for name, _ in self.functions]
+        functions = [function for _, function in self.functions]
         return tabulate(functions, t_end, names, shortest_event)
 
 

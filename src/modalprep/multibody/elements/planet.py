@@ -92,10 +92,14 @@ def _central(load: CentralGravity, s: BodyState) -> DenseLoads:
 
 def _in_orbit(orbit: Orbit, s: BodyState) -> DenseLoads:
     """Return gravity less that of the origin, and the potential of the turn, whose force the kinematics have."""
-    x, k, w, one = s.R.T @ s.p, 1 / orbit.radius, s.R[2] * orbit.rate, np.eye(3)
+    x = s.R.T @ s.p
+    k = 1 / orbit.radius
+    w = s.R[2] * orbit.rate
+    one = np.eye(3)
     to = s.R[0] + k * x  # from the planet, by the radius
     far = np.linalg.norm(to)
-    q, a = (orbit.rate / far**1.5) ** 2, (2 * s.R[0] + k * x) @ x / (far + 1)
+    q = (orbit.rate / far**1.5) ** 2
+    a = (2 * s.R[0] + k * x) @ x / (far + 1)
     g = -q * (x - a * (1 + far + far**2) * s.R[0])
     U = orbit.rate**2 * (x @ x - a**2 * (far + 2) / far) / 2
     found = _in_field(s, to / far, k / far, q, g, U)
@@ -107,7 +111,8 @@ def _in_orbit(orbit: Orbit, s: BodyState) -> DenseLoads:
 
 def _in_field(s: BodyState, n: np.ndarray, k: float, q: float, g: np.ndarray, U: float) -> DenseLoads:
     """Field, gradient and second gradient at the root, with the body's own moments: direction and 1 / R, mu / R^3."""
-    body, one = s.body, np.eye(3)
+    body = s.body
+    one = np.eye(3)
     Gamma = -q * (one - 3 * np.outer(n, n))
     symmetric = sum(np.einsum(f"{index}->abc", one, n) for index in ("ab,c", "ac,b", "bc,a"))
     second = k * q * (3 * symmetric - 15 * np.einsum("a,b,c->abc", n, n, n))

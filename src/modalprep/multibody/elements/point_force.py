@@ -16,13 +16,15 @@ from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.loads import PointForce
 from modalprep.multibody.packing.tree import rows
 
-ROW = np.dtype([
-    ("link", np.int64),
-    ("interface", np.int64),
-    ("follows", np.int64),  # whether its axes are those of the interface
-    ("force", np.int64, 3),  # functions of time
-    ("torque", np.int64, 3),
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        ("link", np.int64),
+        ("interface", np.int64),
+        ("follows", np.int64),  # whether its axes are those of the interface
+        ("force", np.int64, 3),  # functions of time
+        ("torque", np.int64, 3),
+    ]
+)
 
 
 def pack(packer: Packer, loads: Sequence[PointForce]) -> np.recarray:
@@ -44,7 +46,8 @@ def apply(rows, environment, model, data, t):
     for i in range(len(rows)):
         own = rows[i]
         _, turn, v, w = node_state(model, data, own.link, own.interface)
-        f, m = _values(environment.tables, own.force, t), _values(environment.tables, own.torque, t)
+        f = _values(environment.tables, own.force, t)
+        m = _values(environment.tables, own.torque, t)
         if own.follows:
             f, m = times(turn, f), times(turn, m)
         add_wrench(model, data, own.link, own.interface, f, m)

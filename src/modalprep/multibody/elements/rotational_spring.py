@@ -38,16 +38,18 @@ from modalprep.multibody.kernels.time_tables import quintic
 from modalprep.multibody.model.rotational_spring import RotationalSpring
 from modalprep.multibody.packing.tree import rows
 
-ROW = np.dtype([
-    *TWO_ENDS,
-    ("axis", np.float64, 3),  # of the first frame
-    ("free_angle", np.float64),
-    ("rotation", np.float64, 9),  # of a frame on the ground
-    ("position", np.float64, 3),  # of a frame on the ground, of no effect
-    ("spring", np.int64, 2),  # its first knot, and the first one after
-    ("damper", np.int64, 2),
-    ("jumps", np.bool_),  # its torque, at half a turn
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        *TWO_ENDS,
+        ("axis", np.float64, 3),  # of the first frame
+        ("free_angle", np.float64),
+        ("rotation", np.float64, 9),  # of a frame on the ground
+        ("position", np.float64, 3),  # of a frame on the ground, of no effect
+        ("spring", np.int64, 2),  # its first knot, and the first one after
+        ("damper", np.int64, 2),
+        ("jumps", np.bool_),  # its torque, at half a turn
+    ]
+)
 TILTED = 1e-12  # squared cosine of half the tilt between the axes: with opposite axes there is no angle
 
 
@@ -61,7 +63,9 @@ class Rotational(NamedTuple):
 
 def pack(packer: Packer, loads: Sequence[RotationalSpring]) -> Rotational:
     """Return the rows and the knots of their laws."""
-    found, knots, first = [], [np.zeros((0, 4))], 0
+    found = []
+    knots = [np.zeros((0, 4))]
+    first = 0
     for load in loads:
         laws = []
         for constant in ("stiffness", "damping"):
@@ -180,8 +184,10 @@ def dense(load: RotationalSpring, scene: Scene) -> DenseLoads:
     e = np.array([first, np.cross(n, first)]) / np.linalg.norm(first)
     R = a.frame.rotation.T @ b.frame.rotation
     one, two = R @ e[0], R @ e[1]
-    sine, cosine = e[1] @ one - e[0] @ two, e[0] @ one + e[1] @ two
-    by_sine, by_cosine = np.cross(one, e[1]) - np.cross(two, e[0]), np.cross(one, e[0]) + np.cross(two, e[1])
+    sine = e[1] @ one - e[0] @ two
+    cosine = e[0] @ one + e[1] @ two
+    by_sine = np.cross(one, e[1]) - np.cross(two, e[0])
+    by_cosine = np.cross(one, e[0]) + np.cross(two, e[1])
     G = a.frame.rotation @ (cosine * by_sine - sine * by_cosine) / (sine**2 + cosine**2)
     rate = G @ (b.frame.angular_velocity - a.frame.angular_velocity)
     energy, spring = _law(load.knots("stiffness"), np.arctan2(sine, cosine) - load.free_angle)
@@ -193,12 +199,19 @@ def _law(knots: np.ndarray, x: float) -> tuple[float, float]:
     """Return integral and value at x, by cubic polynomials between the knots."""
     at, energy, torque, slope = knots.T
     inside = float(np.clip(x, at[0], at[-1]))
-    h, rise = np.diff(at), np.diff(torque) / np.diff(at)
-    cubic = scipy.interpolate.PPoly([
-        (slope[:-1] + slope[1:] - 2 * rise) / h**2, (3 * rise - 2 * slope[:-1] - slope[1:]) / h,
-        slope[:-1], torque[:-1],
-    ], at)  # fmt: skip
-    value, beyond = float(cubic(inside)), x - inside
+    h = np.diff(at)
+    rise = np.diff(torque) / np.diff(at)
+    cubic = scipy.interpolate.PPoly(
+        [
+            (slope[:-1] + slope[1:] - 2 * rise) / h**2,
+            (3 * rise - 2 * slope[:-1] - slope[1:]) / h,
+            slope[:-1],
+            torque[:-1],
+        ],
+        at,
+    )
+    value = float(cubic(inside))
+    beyond = x - inside
     end = slope[0] if x < at[0] else slope[-1]
     integral = energy[0] + float(cubic.antiderivative()(inside)) + (value + end * beyond / 2) * beyond
     return integral, value + end * beyond

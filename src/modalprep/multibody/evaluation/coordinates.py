@@ -65,9 +65,12 @@ class Coordinates:
         if places == ([], []):
             refuse_unknown(name, [joint.name for joint in self.system.joints], "state: joint")
         shape = self._y.shape[:-1]
-        return JointState(*(
-            np.stack([self.at(place) for place in part], axis=-1) if part else np.empty((*shape, 0)) for part in places
-        ))  # fmt: skip
+        return JointState(
+            *(
+                np.stack([self.at(place) for place in part], axis=-1) if part else np.empty((*shape, 0))
+                for part in places
+            )
+        )
 
     def at(self, place: Place) -> Any:
         """Return the number at a place that `Packed.places_of` names.
@@ -115,7 +118,8 @@ def coordinates(system: System, y: np.ndarray, t: float | np.ndarray = 0.0) -> C
     (array([0.1]), array([0.4]), array([2., 3.]))
     """
     refuse_other("coordinates: the system", System, system)
-    packed, y = pack(system), np.asarray(y, dtype=float)
+    packed = pack(system)
+    y = np.asarray(y, dtype=float)
     size = packed.nx + packed.nu
     if y.ndim == 0 or y.shape[-1] != size:
         raise InputError(f"the state of this system has {size} numbers; the one given has the shape {y.shape}")

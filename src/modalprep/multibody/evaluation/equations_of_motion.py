@@ -37,7 +37,8 @@ class Call(NamedTuple):
 @compile_kernel
 def update(call):
     """Write the derivative of the state, NaN where there is none."""
-    eq, t = call.equations, call.time[0]
+    eq = call.equations
+    t = call.time[0]
     eq.tau[:] = 0.0
     load(eq, t, call.y)
     for u in range(len(eq.tau)):
@@ -120,8 +121,11 @@ class EquationsOfMotion:
                 f"equations of motion: callback {called[0]!r} is Python; add what it does to `tau` instead"
             )
         self.packed = packed = pack(system)
-        loading, data = Loading(system, packed, t_end), packed.data()
-        self.time, self.y, self.tau = np.zeros(1), start_state(packed), np.zeros(packed.nu)
+        loading = Loading(system, packed, t_end)
+        data = packed.data()
+        self.time = np.zeros(1)
+        self.y = start_state(packed)
+        self.tau = np.zeros(packed.nu)
         if loading.loops:
             self.y = loading.loops.assemble(data, self.y, loading.prescribe(0.0, data))
         self.ydot = np.zeros(packed.nx + packed.nu)

@@ -60,22 +60,26 @@ from modalprep.multibody.packing.tree import blank
 
 MOST_PROJECTIONS = 10
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
-FLAGS = np.dtype([
-    ("loaded", np.int64),  # whether there are loads
-    ("callback", np.int64),  # address of Python's loads, or 0
-    ("reference", np.int64),  # address of the accelerations of the reference implementation, or 0
-    ("measured", np.int64),  # whether `evaluate` also writes the energy
-])  # fmt: skip
-SHARED = np.dtype([
-    ("power", np.float64),  # W
-    ("stored", np.float64),  # J, in springs
-    ("potential", np.float64),  # J, of a planet and of buoyancy
-    ("callback_power", np.float64),  # W
-    ("raised", np.float64),  # 1 where a callback has raised
-    ("energy", np.float64),  # J, of the whole system less the work: constant but for errors
-    ("energy_size", np.float64),  # J, the largest of kinetic and strain energy and of the work
-    ("energy_sum", np.float64),  # J, of the sizes of all parts, whose round-off it has
-])  # fmt: skip
+FLAGS = np.dtype(
+    [
+        ("loaded", np.int64),  # whether there are loads
+        ("callback", np.int64),  # address of Python's loads, or 0
+        ("reference", np.int64),  # address of the accelerations of the reference implementation, or 0
+        ("measured", np.int64),  # whether `evaluate` also writes the energy
+    ]
+)
+SHARED = np.dtype(
+    [
+        ("power", np.float64),  # W
+        ("stored", np.float64),  # J, in springs
+        ("potential", np.float64),  # J, of a planet and of buoyancy
+        ("callback_power", np.float64),  # W
+        ("raised", np.float64),  # 1 where a callback has raised
+        ("energy", np.float64),  # J, of the whole system less the work: constant but for errors
+        ("energy_size", np.float64),  # J, the largest of kinetic and strain energy and of the work
+        ("energy_sum", np.float64),  # J, of the sizes of all parts, whose round-off it has
+    ]
+)
 
 
 @by_address
@@ -112,12 +116,18 @@ def build_equations(packed: Packed, loading: Loading, data: Data | None = None) 
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
     data = data or packed.data()
     records = {
-        "model": packed.model, "data": data, "trial": loops.trial if loops else data, "loads": loading.arrays,
-        "cons": cons, "work": loops.work if loops else None if cons is None else constraint_work(cons, packed),
-        "implicit": implicit, "reels": loading.reels,
+        "model": packed.model,
+        "data": data,
+        "trial": loops.trial if loops else data,
+        "loads": loading.arrays,
+        "cons": cons,
+        "work": loops.work if loops else None if cons is None else constraint_work(cons, packed),
+        "implicit": implicit,
+        "reels": loading.reels,
         "implicit_work": constraint_work(implicit, packed, size=loops.closing.size if loops else 1.0)
-        if implicit else None,
-    }  # fmt: skip
+        if implicit
+        else None,
+    }
     given = {"motion": loading.motion, "tau": loading.tau, "slope": loading.slope}
     key = "equations", *map(layout, records.values())
     pattern = packed.pattern(key, lambda: Pattern(Equations(**records, **given, **_own_arrays(packed)), tuple(given)))
@@ -132,9 +142,13 @@ def _own_arrays(packed: Packed) -> dict[str, np.ndarray]:
     """Return the arrays of `Equations` that belong to one run."""
     nu = packed.nu
     return {
-        "hinge": np.zeros(nu), "linear": packed.linear, "flags": blank(FLAGS, 1),
-        "state": np.zeros(packed.nx + nu), "reference": np.zeros(nu), "shared": blank(SHARED, 1),
-    }  # fmt: skip
+        "hinge": np.zeros(nu),
+        "linear": packed.linear,
+        "flags": blank(FLAGS, 1),
+        "state": np.zeros(packed.nx + nu),
+        "reference": np.zeros(nu),
+        "shared": blank(SHARED, 1),
+    }
 
 
 @compile_kernel
@@ -166,7 +180,8 @@ def load(eq, t, y):
 @compile_kernel
 def evaluate(eq, t, y, ydot):
     """Time derivative of ``[coordinates | speeds | work]``; returns GOOD, FAILED_CALLBACK or the link that failed."""
-    nx, nu = eq.model.nx, len(eq.tau)
+    nx = eq.model.nx
+    nu = len(eq.tau)
     if not load(eq, t, y):
         return FAILED_CALLBACK
     if eq.flags[0].measured:
@@ -194,13 +209,17 @@ def evaluate_measured(eq, t, y, ydot):
 @compile_once
 def _measure(eq, work):
     """Write the energy of the whole system, after `load`."""
-    model, data, shared = eq.model, eq.data, eq.shared[0]
+    model = eq.model
+    data = eq.data
+    shared = eq.shared[0]
     if not (eq.flags[0].loaded or any_rows(eq.cons)):
         world(model, data)
     kinetic, strain, gravity = 0.0, 0.0, 0.0
     for i in range(len(model.links)):
         sums = body_sums(model, data, i)
-        kinetic, strain, gravity = kinetic + sums.kinetic, strain + sums.strain, gravity + sums.gravity
+        kinetic = kinetic + sums.kinetic
+        strain = strain + sums.strain
+        gravity = gravity + sums.gravity
     shared.energy = kinetic + strain + gravity + shared.stored + shared.potential - work
     shared.energy_size = max(kinetic, strain, abs(work))
     shared.energy_sum = kinetic + strain + abs(gravity) + abs(shared.stored) + abs(shared.potential) + abs(work)
@@ -247,9 +266,20 @@ def close(eq, t, y, stiff, factored):
         return 0
     prescribe(eq.loads, t, eq.motion)
     return settle(
-        eq.cons, eq.model, eq.data, eq.trial, y, eq.motion, t, eq.work, eq.hinge, stiff, CLOSED, MOST_PROJECTIONS,
+        eq.cons,
+        eq.model,
+        eq.data,
+        eq.trial,
+        y,
+        eq.motion,
+        t,
+        eq.work,
+        eq.hinge,
+        stiff,
+        CLOSED,
+        MOST_PROJECTIONS,
         factored,
-    )  # fmt: skip
+    )
 
 
 @compile_kernel

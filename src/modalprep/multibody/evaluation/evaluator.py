@@ -34,7 +34,9 @@ def start_state(packed: Packed) -> np.ndarray:
     y = np.zeros(packed.nx + packed.nu)
     before = [0, 0]  # translations and rotations of the joint up to a link
     for link, (kind, x, u, about) in zip(packed.links, packed.columns, strict=True):
-        joint, u, turns = link.joint, packed.nx + u, bool(about)
+        joint = link.joint
+        u = packed.nx + u
+        turns = bool(about)
         before = [0, 0] if link.hinge == 0 else before
         if kind in (REVOLUTE, SLIDING):
             value, rate = (joint.angle, joint.rate) if turns else (joint.displacement, joint.speed)
@@ -82,7 +84,8 @@ class Evaluator:
     """
 
     def __init__(self, system: System, t: float = 0.0) -> None:
-        self.system, self.packed = system, pack(system)
+        self.system = system
+        self.packed = pack(system)
         self.nx, self.nu = self.packed.nx, self.packed.nu
         self.data = self.packed.data()
         self.loading = Loading(system, self.packed, t + AHEAD)
@@ -148,7 +151,9 @@ class Evaluator:
 
     def load(self, y: np.ndarray, *, moving: bool = True) -> None:
         """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
-        motion, self.applied, self.y = self.loading.prescribe(self.t, self.data), [], y
+        motion = self.loading.prescribe(self.t, self.data)
+        self.applied = []
+        self.y = y
         if not moving:
             motion[:, 1:] = 0.0
         kernel.outward(self.packed.model, self.data, y, motion)
@@ -192,7 +197,8 @@ class Evaluator:
         """
         if self.loops is None:
             return {}
-        kept, multiplier = self.kept_rows(y), self.loops.work.multiplier
+        kept = self.kept_rows(y)
+        multiplier = self.loops.work.multiplier
         G = self.jacobian(y)[kept]
         multiplier[:] = 0.0
         multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.work.unit[kept]

@@ -60,7 +60,8 @@ class EventFunction:
             compiled = compile_expressions(known, [value, *_phases(value)])
             self._values = lambda t, state: compiled(numbers(t, state)).tolist()
             names = CHANNEL.findall(event.when)
-            self._of_time, self.is_unbounded = not names, not _is_gentle(value)
+            self._of_time = not names
+            self.is_unbounded = not _is_gentle(value)
             self.turns = any(TURNING & set(name.split(".")) for name in names)
             self.wraps = any(".rotation." in name for name in names)
 
@@ -71,7 +72,8 @@ class EventFunction:
         except ZeroDivisionError:
             return [np.inf]
         if isinstance(value, bool | np.bool_):
-            self.is_condition, value = True, 1.0 if value else -1.0
+            self.is_condition = True
+            value = 1.0 if value else -1.0
         return [_number(self.event, t, value), *phases]
 
     def is_of_time(self, t: float) -> bool:
@@ -104,13 +106,18 @@ def event_functions(
 
 
 def state_reader(
-    system: System, packed: Packed, loading: Loading, eq: Equations, events: Sequence[Event],
+    system: System,
+    packed: Packed,
+    loading: Loading,
+    eq: Equations,
+    events: Sequence[Event],
     observer: Observer | None = None,
-) -> Callable[[float], State]:  # fmt: skip
+) -> Callable[[float], State]:
     """Return ``t -> state``: what is in `eq.state`, with what the events ask for."""
     texts = [event.when for event in events if not callable(event.when)]
     forces = any(name.endswith(".multiplier") for text in texts for name in CHANNEL.findall(text))
-    ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, eq.data)
+    ydot = np.zeros(packed.nx + packed.nu + 1)
+    frame = frames(packed, eq.data)
     watched = observer is not None and bool(observer.wanted)
     outward = bound(kernel.outward_in_world, eq.model, eq.data, eq.state, loading.motion)
 

@@ -23,7 +23,8 @@ from modalprep.suggest import find_interface, suggestion
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
 AXES = {"x": 0, "y": 1, "z": 2}
 PARTS = ("position", "rotation", "velocity", "angular_velocity")
-PLACES, RATES = {"angle": ROTATIONS, "displacement": TRANSLATIONS}, {"rate": ROTATIONS, "speed": TRANSLATIONS}
+PLACES = {"angle": ROTATIONS, "displacement": TRANSLATIONS}
+RATES = {"rate": ROTATIONS, "speed": TRANSLATIONS}
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
     ".velocity.x or .angular_velocity.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also "
@@ -94,7 +95,8 @@ def _joint_reader(packed: Packed, joint: Joint, part: str) -> Callable[[State], 
     counts = (PLACES | RATES).get(kind)
     if counts is None or not (number.isdigit() or not number):
         return None
-    count, k = counts.get(joint.type, 0), int(number or 1) - 1
+    count = counts.get(joint.type, 0)
+    k = int(number or 1) - 1
     if not 0 <= k < count or (count > 1 and not number):
         return None
     k += TRANSLATIONS.get(joint.type, 0) if counts is ROTATIONS else 0
@@ -110,7 +112,8 @@ def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[S
     if words[0] == "stress" and (stress := stress_reader(system.bodies[body], part.removeprefix("stress."))):
         return lambda state: stress(state.modal(body))
     if len(words) == 3 and words[1] in PARTS and words[2] in AXES:
-        (_, k), axis = find_interface(system.bodies, f"{body}.{words[0]}", what), AXES[words[2]]
+        _, k = find_interface(system.bodies, f"{body}.{words[0]}", what)
+        axis = AXES[words[2]]
         if words[1] == "rotation":
             return lambda state: rotation_vector(tuple(state.frame(body, k).rotation.ravel().tolist()))[0][axis]
         return lambda state: float(getattr(state.frame(body, k), words[1])[axis])

@@ -160,7 +160,9 @@ def _contact(loops: Loops, k: int) -> Contact:
 
 def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:
     """Return the changes of rates (m,) that closures want, by the factor on what they take off; NaN of other rows."""
-    target, work, closing = np.full(len(loops.work.rate), np.nan), loops.work, loops.closing
+    target = np.full(len(loops.work.rate), np.nan)
+    work = loops.work
+    closing = loops.closing
     for k, factor in acting.items():
         slide = closing.sliding(k)
         for i in closing.of(k):
@@ -171,7 +173,8 @@ def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:
 
 def _work_done(loops: Loops) -> float:
     """Work of the impulses on the mean of the rates before and after, without those of prescribed values."""
-    work, frictional = loops.work, np.array([row.kind == constraints.SLIP for row in loops.closing.rows])
+    work = loops.work
+    frictional = np.array([row.kind == constraints.SLIP for row in loops.closing.rows])
     moving = work.rate + np.where(frictional, 0.0, work.push)
     return float(work.multiplier @ (moving + work.S @ work.multiplier / 2))
 
@@ -211,9 +214,10 @@ def impulses(
     while True:
         p = _settled(S, rate, target, contacts, sliding, what)
         slipping = [
-            c for c, contact in enumerate(contacts)
+            c
+            for c, contact in enumerate(contacts)
             if c not in sliding and np.linalg.norm(p[contact.slide]) > _limit(p, contact) * (1 + 1e-12)
-        ]  # fmt: skip
+        ]
         if not slipping:
             return p, [c not in sliding for c in range(len(contacts))]
         for c in slipping:
@@ -233,12 +237,14 @@ def _settled(S, rate, target, contacts, sliding: dict[int, np.ndarray], what: st
     """Let the impulses of contacts that slide, updated in place, and of all other rows follow each other."""
     slide = [i for c in sliding for i in contacts[c].slide]
     rows = [i for i in np.flatnonzero(np.isfinite(target)) if i not in slide]
-    solve, p = _pseudo_inverse(S[np.ix_(rows, rows)]), np.zeros(len(rate))
+    solve = _pseudo_inverse(S[np.ix_(rows, rows)])
+    p = np.zeros(len(rate))
     for _ in range(MOST_ITERATIONS):
         for c, push in sliding.items():
             p[contacts[c].slide] = push
         p[rows] = solve @ (target[rows] - S[np.ix_(rows, slide)] @ p[slide])
-        after, change = rate + S @ p, 0.0
+        after = rate + S @ p
+        change = 0.0
         for c, push in sliding.items():
             slip = after[contacts[c].slide]
             sliding[c] = -_limit(p, contacts[c]) * (_unit(slip) if np.any(slip) else -_unit(push))

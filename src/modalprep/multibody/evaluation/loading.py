@@ -86,7 +86,8 @@ class Loading:
         loaded = system.loads or system.orbit or system.depletions
         self.active = bool(loaded) or any(joint.elements for joint in system.joints)
         self.compiled = not any(isinstance(load, Callback) for load in system.loads)
-        self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
+        self.tau = np.zeros(packed.nu)
+        self.slope = np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))
         self.loops = Loops(system, packed, t_end, shortest_event) if system.closures else None
         self.reels = no_reels()
@@ -138,6 +139,7 @@ class Loading:
         for w in wrenches:
             moved = state.frame(w.body, w.interface)
             power += float(w.force @ moved.velocity + w.torque @ moved.angular_velocity)
-            force, torque = tuple(w.force.tolist()), tuple(w.torque.tolist())
+            force = tuple(w.force.tolist())
+            torque = tuple(w.torque.tolist())
             add_wrench(self.packed.model, data, self.packed.link_of(w.body), w.interface, force, torque)
         return power

@@ -63,7 +63,8 @@ class Loops:
         make = partial(pack_constraints, system, packed, t_end, shortest_event)
         self.closing = packed.kept("closing", make, _is_constant)
         self.arrays = self.closing.arrays
-        self.work, self.trial = constraint_work(self.arrays, packed, self.closing.value), packed.data()
+        self.work = constraint_work(self.arrays, packed, self.closing.value)
+        self.trial = packed.data()
         self.faces, self.kept = rows(FACE, self._faces()), self._kept()
         self._moved: list[str] = []
         self._redundant: list[str] = []
@@ -125,7 +126,9 @@ class Loops:
             When a loop cannot be closed; the sentence names the closure and its gap. When a joint is moved farther than
             `reach` of the closures; the sentence names it and what it is moved by.
         """
-        found, hinge, closing = np.empty_like(y), np.empty(self.packed.nu), self.closing
+        found = np.empty_like(y)
+        hinge = np.empty(self.packed.nu)
+        closing = self.closing
         given = self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, self.faces, self.kept, hinge
         if not projection.assemble(*given, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
@@ -191,7 +194,8 @@ class Loops:
             turns = [i for i in self.closing.of(k) if self.closing.rows[i].kind == ANGLE]
             if len(turns) >= 2:
                 axes = np.vstack([closure.axis, np.eye(3)])
-                in_a, in_b = axes @ self._align(2 * k), axes @ closure.rotation @ self._align(2 * k + 1)
+                in_a = axes @ self._align(2 * k)
+                in_b = axes @ closure.rotation @ self._align(2 * k + 1)
                 found.append((2 * k, 2 * k + 1, turns[0], len(turns) == 3, in_a.ravel(), in_b.ravel()))
         return found
 
@@ -224,9 +228,11 @@ class Loops:
 
     def _motions(self, before: np.ndarray, after: np.ndarray) -> list[tuple[float, str, str, float]]:
         """Return how far each joint was moved: relative to what a reach of 1 allows, its name, its unit, the motion."""
-        found, size = [], self.closing.size
+        found = []
+        size = self.closing.size
         for i, link in enumerate(self.packed.links):
-            kind, x = self.packed.types[i], self.packed.model.links["x"][i]
+            kind = self.packed.types[i]
+            x = self.packed.model.links["x"][i]
             q = x + 3 if kind == FREE else x
             if kind in (SPHERICAL, FREE):
                 angle = 2 * np.arccos(min(1.0, abs(before[q : q + 4] @ after[q : q + 4])))
@@ -240,7 +246,8 @@ class Loops:
         return found
 
     def _note_moved(self, before: np.ndarray, after: np.ndarray) -> None:
-        moved, far = [], np.abs(after - before) > MOVED
+        moved = []
+        far = np.abs(after - before) > MOVED
         for i, link in enumerate(self.packed.links):
             x = self.packed.model.links["x"][i]
             if self.packed.types[i] in (REVOLUTE, SLIDING) and far[x]:
@@ -269,7 +276,9 @@ class Loops:
 
     def _gap(self, data, y, motion, t) -> str:
         """Say which closure stays open, and by how much."""
-        found, model, arrays = y.copy(), self.packed.model, self.arrays
+        found = y.copy()
+        model = self.packed.model
+        arrays = self.arrays
         metric = self.work, np.zeros(self.packed.nu), self.packed.softest
         given = arrays, model, data, self.trial, found, motion, t, *metric, CLOSED, MOST_STEPS, False
         reached = projection.project_positions(*given) >= 0

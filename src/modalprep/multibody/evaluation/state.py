@@ -82,7 +82,8 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
     InputError
         When a callback names what is not there, or returns the wrong number of values or no finite ones.
     """
-    wrenches, tau = [], np.zeros(packed.nu)
+    wrenches = []
+    tau = np.zeros(packed.nu)
     for load in system.loads:
         if isinstance(load, Callback):
             for where, value in _called(load, t, state).items():

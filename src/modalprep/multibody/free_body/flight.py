@@ -78,7 +78,9 @@ def simulate_free_system(
 
 def _momenta(system: System, body: FlexibleBody, motion: FreeBodyMotion) -> Momenta:
     """Return the momenta of the body, the angular one about where its mass centre flies to from the modes' rest."""
-    turn, t, m = quaternion_matrix(motion.quaternion[0]), motion.time[:, None], body.m
+    turn = quaternion_matrix(motion.quaternion[0])
+    t = motion.time[:, None]
+    m = body.m
     flown = motion.position[0] + turn @ body.s0 / m + t * motion.linear[0] / m + t**2 / 2 * system.gravity
     angular = motion.angular - np.cross(flown, motion.linear)
     p = np.linalg.norm(motion.linear, axis=1)
@@ -91,14 +93,20 @@ def _momenta(system: System, body: FlexibleBody, motion: FreeBodyMotion) -> Mome
 def _only_joint(system: System, variables: str) -> Joint:
     joint, *others = system.joints
     reason = (
-        "more than one body" if others
-        else f"joint {joint.name!r} is {joint.type}, not free" if joint.type != "free"
-        else "a load" if system.loads or joint.elements
-        else "a closed loop" if system.closures
-        else "an orbit" if system.orbit
-        else "a body that loses mass" if system.depletions
+        "more than one body"
+        if others
+        else f"joint {joint.name!r} is {joint.type}, not free"
+        if joint.type != "free"
+        else "a load"
+        if system.loads or joint.elements
+        else "a closed loop"
+        if system.closures
+        else "an orbit"
+        if system.orbit
+        else "a body that loses mass"
+        if system.depletions
         else None
-    )  # fmt: skip
+    )
     if reason:
         raise InputError(
             f"variables = {variables!r} need one free body under uniform gravity, but there is {reason}; leave them out"
@@ -107,7 +115,8 @@ def _only_joint(system: System, variables: str) -> Joint:
 
 
 def _positions(system: System, name: str, node: int, motion: FreeBodyMotion) -> np.ndarray:
-    body, none = system.bodies[name], np.zeros(system.bodies[name].n)
+    body = system.bodies[name]
+    none = np.zeros(system.bodies[name].n)
     arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in motion.q]
     rotations = [quaternion_matrix(e) for e in motion.quaternion]
     return motion.position + np.einsum("tab,tb->ta", rotations, arms)

@@ -162,7 +162,8 @@ def simulate_free_body(
             f"body {body.name!r}: its modes do not represent a fraction {defect:.2g} of their own rotation, so that "
             "efficient variables would change its motion; use variables = 'momentum'"
         )
-    times, n = np.asarray(times, dtype=float), body.n
+    times = np.asarray(times, dtype=float)
+    n = body.n
     q0 = np.zeros(n) if q is None else np.asarray(q, dtype=float)
     u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, angular_velocity)])
     momenta = (_Momentum if variables == "momentum" else _Efficient)(body)
@@ -184,9 +185,14 @@ def simulate_free_body(
 
 def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     body, n = momenta.body, momenta.body.n
-    e, q, P = y[3:7], y[7 : 7 + n], y[7 + n : -1]
-    R, u = quaternion_matrix(e), momenta.speeds(q, P)
-    v, w, qd = u[:3], u[3:6], u[6:]
+    e = y[3:7]
+    q = y[7 : 7 + n]
+    P = y[7 + n : -1]
+    R = quaternion_matrix(e)
+    u = momenta.speeds(q, P)
+    v = u[:3]
+    w = u[3:6]
+    qd = u[6:]
     g = R.T @ g
     at = deflected(momenta.part, q)
     turn = np.block([[0.0, -w], [w[:, None], -skew(w)]]) @ e / 2
@@ -198,7 +204,8 @@ def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
 
 def _motion(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> FreeBodyMotion:
     body, n = momenta.body, momenta.body.n
-    q, P = y[:, 7 : 7 + n], y[:, 7 + n : -1]
+    q = y[:, 7 : 7 + n]
+    P = y[:, 7 + n : -1]
     speeds = np.array([momenta.speeds(*row) for row in zip(q, P, strict=True)])
     R = np.array([quaternion_matrix(e) for e in y[:, 3:7]])
     linear = np.einsum("tab,tb->ta", R, y[:, 7 + n : 10 + n])
@@ -212,16 +219,24 @@ def _motion(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int
         "dissipated": y[:, -1],
     }
     return FreeBodyMotion(
-        time=times, position=y[:, :3], quaternion=quaternion, q=q, linear=linear, angular=angular, speeds=speeds,
-        energy=energy, steps=steps,
-    )  # fmt: skip
+        time=times,
+        position=y[:, :3],
+        quaternion=quaternion,
+        q=q,
+        linear=linear,
+        angular=angular,
+        speeds=speeds,
+        energy=energy,
+        steps=steps,
+    )
 
 
 class _Momentum:
     """Momenta of (v, w, q') with the mass matrix of the deflected body."""
 
     def __init__(self, body: FlexibleBody) -> None:
-        self.body, self.part = body, affine_part(body)
+        self.body = body
+        self.part = affine_part(body)
 
     def mass(self, q: np.ndarray) -> np.ndarray:
         return assembled(self.body.m, deflected(self.part, q))
@@ -236,12 +251,16 @@ class _Momentum:
 
     def modal_rate(self, q: np.ndarray, u: np.ndarray, P: np.ndarray) -> np.ndarray:
         """Derivative of the kinetic energy by q (n,)."""
-        part, at = self.part, deflected(self.part, q)
-        v, w, qd = u[:3], u[3:6], u[6:]
+        part = self.part
+        at = deflected(self.part, q)
+        v = u[:3]
+        w = u[3:6]
+        qd = u[6:]
         velocity = np.outer(v, [part.root_mass, 0, 0, 0]) + skew(w) @ at.p + at.dp @ qd  # of the affine part
         partial = np.einsum("ab,brn->arn", skew(w), at.dp) + partial_rates(part, q, qd)
         rate = np.einsum("ar,arn->n", velocity, partial)
-        spin, rates = np.einsum("ab,abij->ij", skew(w), part.rest), at.d_eta @ qd
+        spin = np.einsum("ab,abij->ij", skew(w), part.rest)
+        rates = at.d_eta @ qd
         moved = spin.T @ rates - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.rest, at.eta)  # dT / d eta
         rate += at.d_eta.T @ moved
         if part.rest_second.size:
@@ -253,7 +272,9 @@ class _Efficient:
     """Momenta of (v, w, sigma) with the mass matrix of the undeflected body."""
 
     def __init__(self, body: FlexibleBody) -> None:
-        self.body, self.part, self.G = body, affine_part(body), coriolis(body)
+        self.body = body
+        self.part = affine_part(body)
+        self.G = coriolis(body)
         self.M0 = mass_matrix(body, np.zeros(body.n))
         self.factor = scipy.linalg.cho_factor(self.M0)
 

@@ -85,7 +85,8 @@ class Course:
         """Return the course from an earlier one to this; None where the loops are not at the same singular position."""
         if not before.end < self.begin or max(before.last.value, self.first.value) > DEEP or before.rank != self.rank:
             return None
-        times, ends = (before.end, self.begin), (before.ends[1], self.ends[0])
+        times = (before.end, self.begin)
+        ends = (before.ends[1], self.ends[0])
         return Course(self.loading, times, ends, Regular(self.rank, self.size), before)
 
     @cached_property
@@ -113,7 +114,8 @@ class Course:
     def state(self, s: float) -> np.ndarray:
         """Return the state at a share of the step, its speeds by the line between those of its ends."""
         (y0, y1), (r0, r1), n = self.ends, self._rates, self.nx
-        y, step = y0 + s * (y1 - y0), (y1 - y0)[:n]
+        y = y0 + s * (y1 - y0)
+        step = (y1 - y0)[:n]
         y[:n] += s * (1 - s) * ((1 - s) * (r0 - step) - s * (r1 - step))
         normalise(self.model, y)
         return y
@@ -144,7 +146,8 @@ class Course:
             return here.value * np.sign(_same(first, here))
 
         s = scipy.optimize.brentq(signed, a, b, xtol=1e-12) if signed(a) * signed(b) < 0.0 else b
-        y, moved = self.state(s), 0.0
+        y = self.state(s)
+        moved = 0.0
         if self.packed.nu > self.rank:
             found = self._solve(y, s)
             if found is None:
@@ -164,7 +167,8 @@ class Course:
 
     def _solve(self, y: np.ndarray, s: float) -> float | None:
         """Bring the state y near a change point there; returns the further share of the step, None where it fails."""
-        total, limit = np.zeros(self.packed.nu), 1.0 + np.linalg.norm(self.ends[1] - self.ends[0])
+        total = np.zeros(self.packed.nu)
+        limit = 1.0 + np.linalg.norm(self.ends[1] - self.ends[0])
         for _ in range(MOST_SOLUTIONS):
             here = self._singular(y, s)
             slope = here.rows @ self.jacobian(y, s) @ here.null
@@ -244,7 +248,8 @@ def tangents_of(null: np.ndarray, bend: np.ndarray) -> list[np.ndarray] | None:
     bent = np.abs(sizes) > FLAT * np.abs(sizes).max()
     if np.count_nonzero(bent) != 2 or np.prod(sizes[bent]) > 0.0:
         return None
-    (low, high), (one, other) = sizes[bent], (null @ axes[:, bent]).T
+    low, high = sizes[bent]
+    one, other = (null @ axes[:, bent]).T
     pair = np.sqrt(high) * one, np.sqrt(-low) * other
     return [d / np.linalg.norm(d) for d in (pair[0] + pair[1], pair[0] - pair[1])]
 

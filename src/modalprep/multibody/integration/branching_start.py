@@ -43,7 +43,8 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     course = Course(loading, (0.0, 0.0), (y, y), Regular(0, 0.0))
     u, sizes, v = np.linalg.svd(course.jacobian(y, 0.0))
     k = np.count_nonzero(sizes > ZERO * sizes.max(initial=0.0))
-    lost, null = u[:, k:], v[k:].T
+    lost = u[:, k:]
+    null = v[k:].T
     w = _turning(course, y, lost, null, FLAT * sizes.max(initial=0.0)) if lost.size and null.size else None
     if w is None:
         return None
@@ -54,7 +55,8 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     if tangents is None:
         return Start(row, None, None, 0.0)
     one, other = tangents
-    mass, speeds = _mass(course, y, null), y[course.nx :]
+    mass = _mass(course, y, null)
+    speeds = y[course.nx :]
     energy = max(speeds @ null @ mass @ null.T @ speeds, 1e-300)
     (one_share, onto_one), (other_share, onto_other) = (
         _onto(a, b, null, mass, speeds, energy) for a, b in ((one, other), (other, one))
@@ -79,7 +81,9 @@ def _turning(course: Course, y: np.ndarray, lost: np.ndarray, null: np.ndarray, 
 
 def _mass(course: Course, y: np.ndarray, null: np.ndarray) -> np.ndarray:
     """Return the mass matrix of the motions of a null space (n, n)."""
-    found, still, out = [], y.copy(), np.zeros(null.shape[0])
+    found = []
+    still = y.copy()
+    out = np.zeros(null.shape[0])
     still[course.nx :] = 0.0
     for d in (np.zeros(len(out)), *null.T):
         outward(course.model, course.data, still, course.loading.prescribe(0.0, course.data))

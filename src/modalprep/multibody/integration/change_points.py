@@ -33,7 +33,8 @@ class ChangePoints:
         self.loading, self.start, self.looks = loading, start, 0
         self.passed: list[Crossing] = []
         self._before: Course | None = None
-        loops, self._y = loading.loops, y[:-1]
+        loops = loading.loops
+        self._y = y[:-1]
         self._holding = 0 if loops is None else np.count_nonzero(loops.holding)
         self._rank = 0 if loops is None else int(loops.work.rank[0])
 
@@ -46,10 +47,12 @@ class ChangePoints:
             When the step went from one branch of the motion to another.
         """
         self.looks += 1
-        before, course = self._before, Course.of(self.loading, run, self._regular(), self._before)
+        before = self._before
+        course = Course.of(self.loading, run, self._regular(), self._before)
         if self.start and self.looks == 1:
             self._leave(self.start, course)
-        self._before, gap = course, None if before is None else course.between(before)
+        self._before = course
+        gap = None if before is None else course.between(before)
         for crossing in [*([] if gap is None else gap.crossings()), *course.crossings()]:
             if self.start and crossing.time <= BEGIN * course.end:
                 continue
@@ -98,7 +101,8 @@ class ChangePoints:
             self.start = start._replace(kept=start.other, other=start.kept)
 
     def _passed_note(self) -> str:
-        first, more = self.passed[0], [f"{point.time:.6g}" for point in self.passed[1:]]
+        first = self.passed[0]
+        more = [f"{point.time:.6g}" for point in self.passed[1:]]
         text = f"at t = {first.time:.6g} s the loops pass a change point, where closure {self._closure(first.row)!r} "
         text += "loses a condition and branches of the motion cross"
         if first.apart > EXACT:
@@ -117,7 +121,9 @@ class ChangePoints:
 
     def _ratios(self, tangent: np.ndarray) -> str:
         """Return the speeds of joints and modes along a tangent, as shares of the largest."""
-        shares, links, parts = tangent / tangent[np.argmax(np.abs(tangent))], self.loading.packed.model.links, []
+        shares = tangent / tangent[np.argmax(np.abs(tangent))]
+        links = self.loading.packed.model.links
+        parts = []
         for link, begin, end in zip(self.loading.packed.links, links["u"], links["uq"], strict=True):
             parts += [f"{link.joint.name} {share:.3g}" for share in shares[begin:end] if abs(share) > SMALL]
         return " : ".join(parts)

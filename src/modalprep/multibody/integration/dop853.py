@@ -62,7 +62,8 @@ def _stages(eq, run, t, h, closed):
             status = evaluate_measured(eq, time, run.new, K[s])
         if status != GOOD:
             return status, near, deep
-        near, deep = near or is_near(eq.work), deep or is_deep(eq.work)
+        near = near or is_near(eq.work)
+        deep = deep or is_deep(eq.work)
     return GOOD, near, deep
 
 
@@ -119,7 +120,10 @@ def explicit_rows(eq, run, t, h):
 
     OPEN where round-off decides one of them, so near is it to a singular position, and a shorter step avoids that.
     """
-    K, rows, n, deep = run.K, run.rows, len(run.y), False
+    K = run.K
+    rows = run.rows
+    n = len(run.y)
+    deep = False
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         run.count[0].evaluations += 1

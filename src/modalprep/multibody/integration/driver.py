@@ -41,7 +41,9 @@ MOST_GROWTH = (6.0, 100.0, 2.0)
 # in sizes of a body: deflections count by it at least, beside moving joints and where nothing else moves
 LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.27, 0.01), (0.01, 0.05, 0.01)
 RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND, NEAR = range(9)
-SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
+SAFETY = (0.9, 0.85, 0.9)
+LEAST_GROWTH = 0.2
+FAILED_GROWTH = 0.5
 # of a PI controller, over the order: Hairer and Wanner (1996), IV.2; little P where steps have to grow by decades
 PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
 LEAST_BEFORE = (1e-8, 0.1, 1e-8)  # error of the step before: a smaller one says that steps grow, not how they go on
@@ -72,7 +74,10 @@ class Watch(NamedTuple):
 def begin(eq, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
     normalise(eq.model, run.y)
-    run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
+    run.clock[0].time = t
+    run.clock[0].begin = t
+    run.clock[0].last_step = 0.0
+    run.clock[0].error = 1.0
     run.clock[0].slow_share, run.clock[0].share_step = 1.0, 0.0
     run.clock[0].least_deflection = _least_deflection(eq.model, method)
     if len(run.kept) > 0:
@@ -151,7 +156,8 @@ def advance(eq, run, watch, method, stop, most):
         if t >= stop:
             return REACHED
         goal = next_end(run, t, stop)
-        left, h = goal - t, limited(run, method, t, h)
+        left = goal - t
+        h = limited(run, method, t, h)
         if h > 0.5 * left:
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
         end = goal if h == left else t + h
@@ -289,8 +295,10 @@ def _next_size(run, method, h, error):
     if run.clock[0].fixed_step > 0.0:
         run.clock[0].next_step = min(run.clock[0].fixed_step, 2.0 * run.clock[0].next_step)
         return
-    error, before = max(error, 1e-8), run.clock[0].error
-    order, past = ERROR_ORDER[method], max(LEAST_BEFORE[method], abs(before))
+    error = max(error, 1e-8)
+    before = run.clock[0].error
+    order = ERROR_ORDER[method]
+    past = max(LEAST_BEFORE[method], abs(before))
     growth = SAFETY[method] * error ** (-INTEGRAL[method] / order) * past ** (PROPORTIONAL[method] / order)
     most = 1.0 if before < 0.0 else MOST_GROWTH[method]
     run.clock[0].next_step = h * min(most, max(LEAST_GROWTH, growth))

@@ -38,7 +38,8 @@ def refuse_endless(run: Running) -> None:
     if spent < (EVALUATIONS if run.loading.compiled else CALLS):
         return
     t = float(run.steps.clock[0].time)
-    moved, left = t - run.looked[1], run.loading.t_end - t
+    moved = t - run.looked[1]
+    left = run.loading.t_end - t
     run.looked = (count, t)
     more = spent * left / moved if moved > 0.0 else np.inf
     if more > MOST_CALLS and not run.loading.compiled:
@@ -50,7 +51,8 @@ def refuse_endless(run: Running) -> None:
 def _refuse_stiff_callback(run: Running, t: float, more: float) -> None:
     """Refuse a callback that changes with the motion much faster than all else does."""
     flags = run.equations.flags
-    hook, flags["callback"] = int(flags["callback"][0]), 0
+    hook = int(flags["callback"][0])
+    flags["callback"] = 0
     rest = _fastest_rate(run.equations, run.steps, t)
     flags["callback"] = hook
     rates = _rates(run, t)
@@ -66,7 +68,9 @@ def _refuse_stiff_callback(run: Running, t: float, more: float) -> None:
 
 def _rates(run: Running, t: float) -> dict[str, float]:
     """Return the fastest rate of the system with each callback alone, by its name."""
-    loading, whole, found = run.loading, run.loading.system, {}
+    loading = run.loading
+    whole = run.loading.system
+    found = {}
     for law in [load for load in whole.loads if isinstance(load, Callback)]:
         loading.system = whole.with_(loads=(law,))
         found[law.name] = _fastest_rate(run.equations, run.steps, t)
@@ -77,11 +81,13 @@ def _rates(run: Running, t: float) -> dict[str, float]:
 
 def _fastest_rate(eq: Equations, run: Run, t: float) -> float:
     """Return the highest rate (1/s) at which small changes of the positions or the speeds change."""
-    nx, y = len(eq.state) - len(eq.tau), run.y.copy()
+    nx = len(eq.state) - len(eq.tau)
+    y = run.y.copy()
     base, moved = np.zeros_like(run.y), np.zeros_like(run.y)
     if evaluate(eq, t, y, base) != GOOD:
         return 0.0
-    d, rate = any_direction(len(eq.tau)).copy(), 0.0
+    d = any_direction(len(eq.tau)).copy()
+    rate = 0.0
     for _ in range(ITERATIONS):
         size = np.abs(d).max(initial=0.0)
         if not 0.0 < size < np.inf:
@@ -99,24 +105,30 @@ class Forecast:
 
     def __init__(self) -> None:
         self.begun: float | None = None
-        self.next, self.mark = FIRST, (0.0, 0.0)  # s spent; s spent and s reached at the last line
+        # s spent; s spent and s reached at the last line
+        self.next = FIRST
+        self.mark = (0.0, 0.0)
 
     def look(self, run: Running) -> None:
         """Write a line when it is time for one; the clock begins at the first look, after the compilation."""
         now = perf_counter()
         if self.begun is None:
-            self.begun, self.mark = now, (0.0, float(run.steps.clock[0].time))
+            self.begun = now
+            self.mark = (0.0, float(run.steps.clock[0].time))
         spent = now - self.begun
         if spent < self.next:
             return
         t = float(run.steps.clock[0].time)
-        moved, left = t - self.mark[1], run.loading.t_end - t
+        moved = t - self.mark[1]
+        left = run.loading.t_end - t
         more = (spent - self.mark[0]) * left / moved if moved > 0.0 else np.inf
         LOG.warning("%s", self._line(run, t, spent, more))
-        self.mark, self.next = (spent, t), GROWTH * spent
+        self.mark = (spent, t)
+        self.next = GROWTH * spent
 
     def _line(self, run: Running, t: float, spent: float, more: float) -> str:
-        end, step = run.loading.t_end, float(run.steps.clock[0].last_step)
+        end = run.loading.t_end
+        step = float(run.steps.clock[0].last_step)
         line = f"t = {t:.4g} of {end:g} s after {lasting(spent)}, {lasting(more)} more at this rate"
         if more < LONG or step > SHORT * end:
             return line

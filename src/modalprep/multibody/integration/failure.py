@@ -61,7 +61,8 @@ def wound(run: Running) -> str:
 
 def failure(run: Running, t: float) -> SimulationError:
     """Return the error of a run that cannot go on at time t: the body, and what to do."""
-    cause, begin = int(run.steps.count[0].cause), f"simulation stopped at t = {t:.6g} s: "
+    cause = int(run.steps.count[0].cause)
+    begin = f"simulation stopped at t = {t:.6g} s: "
     loops = run.loading.loops
     near = loops and min(loops.work.sine[0], loops.work.sine[1]) < DEEP
     locked = loops and _locked(run, t)
@@ -198,7 +199,8 @@ def refuse_fixed_step(run: Running, halved: int) -> None:
 def _rough(run: Running, t: float, h: float, share: float) -> bool:
     """Whether the accelerations change in a small share of a step about as much as in the whole step."""
     here, near, far = (_accelerations(run, t, s * h) for s in (0.0, share, 1.0))
-    small, whole = np.abs(near - here).max(), np.abs(far - here).max()
+    small = np.abs(near - here).max()
+    whole = np.abs(far - here).max()
     return small > ROUGH * whole and small > ROUND_OFF * np.abs(here).max()
 
 

@@ -50,11 +50,14 @@ def alpha_step(eq, run, t, h):
     Rows of K: 0 algorithmic less true acceleration at the begin, 1 algorithmic at the begin, 2 at the end, 3 true
     accelerations of the last iteration, 4 of this one, 5 and 6 scratch.
     """
-    nx, nu = eq.model.nx, len(eq.tau)
+    nx = eq.model.nx
+    nu = len(eq.tau)
     p = _parameters(run.clock[0].rho_inf)
-    c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
+    c1 = p.c * p.gamma * h
+    c2 = p.c * p.beta * h * h
     last, trial, rate, place = run.K[3], run.K[4], run.K[5], run.K[6]
-    share, least = max(h / run.clock[0].span, LEAST_SHARE), ROUND_OFF / run.clock[0].rtol
+    share = max(h / run.clock[0].span, LEAST_SHARE)
+    least = ROUND_OFF / run.clock[0].rtol
     # the algorithmic acceleration belongs to a time that is shifted in proportion to the step
     ratio = h / run.clock[0].last_step if run.clock[0].last_step > 0.0 else 0.0
     for u in range(nu):  # stiff modes start from rest: their equation is linear, so they need no guess
@@ -77,7 +80,8 @@ def alpha_step(eq, run, t, h):
             place[u] = c2 * (trial[u] - last[u])
             last[u] = trial[u]
         set_weights(eq.model, eq.linear, run, run.new, False)
-        before, change = change, largest_error(eq.model, run, place[:nu], True)
+        before = change
+        change = largest_error(eq.model, run, place[:nu], True)
         if iteration + 1 >= LEAST_ITERATIONS:
             left = change / before if before > 0.0 else 0.0
             if change <= least or change * left <= ITERATION_TOLERANCE * share * (1.0 - left):
@@ -99,7 +103,8 @@ class Parameters(NamedTuple):
 
 @compile_inline
 def _parameters(rho):
-    am, af = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+    am = (2.0 * rho - 1.0) / (rho + 1.0)
+    af = rho / (rho + 1.0)
     gamma = 0.5 + af - am
     return Parameters(am, af, 0.25 * (gamma + 0.5) ** 2, gamma, (1.0 - af) / (1.0 - am))
 
@@ -107,7 +112,8 @@ def _parameters(rho):
 @compile_kernel
 def _place(eq, run, h, p):
     """Write the state at the end of the step, with the accelerations of the last iteration, to `new`."""
-    nx, nu = eq.model.nx, len(eq.tau)
+    nx = eq.model.nx
+    nu = len(eq.tau)
     d = run.K[5]
     for u in range(nu):
         begin = run.K[1, u]
@@ -128,7 +134,9 @@ def _finish(eq, run, t, h, share):
     tolerance. Errors of the hinges' slow motion add up besides, so they may use it by the step's share of the run; what
     vibrates, bounded by its amplitude, is taken off them by the filter of a longer step.
     """
-    nx, nu, p = eq.model.nx, len(eq.tau), _parameters(run.clock[0].rho_inf)
+    nx = eq.model.nx
+    nu = len(eq.tau)
+    p = _parameters(run.clock[0].rho_inf)
     _place(eq, run, h, p)
     kinematic(eq.model, run.new, run.newdot)
     factor = h * h * (p.beta + 0.5 * (p.am - p.af) - 1.0 / 6.0)
@@ -136,9 +144,11 @@ def _finish(eq, run, t, h, share):
         run.newdot[nx + u] = run.K[3, u]
         run.K[5, u] = factor * (run.K[2, u] - run.K[1, u])
     error, scratch = run.K[5, :nu], run.K[6, :nu]
-    c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
+    c1 = p.c * p.gamma * h
+    c2 = p.c * p.beta * h * h
     smooth(eq, c1, c2, error, scratch)
-    whole, slow = largest_error(eq.model, run, error, True), largest_error(eq.model, run, error, False)
+    whole = largest_error(eq.model, run, error, True)
+    slow = largest_error(eq.model, run, error, False)
     if slow > share and whole <= 1.0:
         run.count[0].evaluations += 1
         keep_slow(eq, t + h, run.new, WIDE * c1, WIDE * WIDE * c2, SMOOTHINGS, error, scratch)

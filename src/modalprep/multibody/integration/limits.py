@@ -17,7 +17,8 @@ def next_end(run, t, stop):
 @compile_kernel
 def limited(run, method, t, h):
     """Return a step h from t, shortened to what each cell that it reaches allows."""
-    cells, h = run.cells, min(h, run.clock[0].longest)
+    cells = run.cells
+    h = min(h, run.clock[0].longest)
     for k in range(max(0, _first_after(cells[:, 0], t) - 1), len(cells)):
         before = max(0.0, cells[k, 0] - t)
         if before >= h:
@@ -29,7 +30,8 @@ def limited(run, method, t, h):
 @compile_inline
 def _first_after(times, t):
     """Return the number of the first of ascending times that is later than t; how many there are if none is."""
-    low, high = 0, len(times)
+    low = 0
+    high = len(times)
     while low < high:
         middle = (low + high) // 2
         if times[middle] > t:

@@ -78,7 +78,8 @@ def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float)
 def top_frequency(eq: Equations, run: Run, t: float) -> float:
     """Return the highest frequency (rad/s) of small motions about the start at t, by power iteration on differences."""
     scratch = np.empty((5, len(run.y)))
-    scratch[:2], scratch[2, : len(eq.tau)] = run.y, any_direction(len(eq.tau))
+    scratch[:2] = run.y
+    scratch[2, : len(eq.tau)] = any_direction(len(eq.tau))
     return float(np.sqrt(bound(_iterated, eq, scratch, rest=(float,))(t)))
 
 
@@ -95,7 +96,11 @@ def _iterated(eq, scratch, t):
     `scratch` (5, ny) begins with the state, twice, and a direction of its nu speeds.
     """
     nx, square = eq.model.nx, 0.0
-    y, near, d, base, moved = scratch[0], scratch[1], scratch[2, : len(eq.tau)], scratch[3], scratch[4]
+    y = scratch[0]
+    near = scratch[1]
+    d = scratch[2, : len(eq.tau)]
+    base = scratch[3]
+    moved = scratch[4]
     if len(d) == 0 or evaluate(eq, t, y, base) != GOOD:
         return 0.0
     for _ in range(ITERATIONS):
@@ -111,7 +116,8 @@ def _iterated(eq, scratch, t):
         for u in range(len(d)):
             d[u] = base[nx + u] - moved[nx + u]
             force += d[u] * d[u]
-        before, square = square, np.sqrt(force / length)
+        before = square
+        square = np.sqrt(force / length)
         if not 0.0 < square < np.inf:
             return 0.0
         if abs(square - before) < SETTLED * square:
@@ -126,7 +132,8 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     tried where the rest of the run is long enough to pay for it. The next review comes when as many evaluations again
     are counted: vibrations of the start decay, others come.
     """
-    t, count = float(run.clock[0].time), int(run.count[0].evaluations)
+    t = float(run.clock[0].time)
+    count = int(run.count[0].evaluations)
     cost = {choice.method: _expected(t - choice.t, count - choice.spent, spent, t_end - t)}
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
@@ -183,7 +190,8 @@ def _trial(eq: Equations, run: Run, watch: Watch, method: int, stretch: tuple[fl
     while code == RUNNING and (trials < 2 or trial.count[0].evaluations < budget):
         t, before = trial.clock[0].time, trial.count[0].evaluations
         code = advance(eq, trial, unwatched, method, stop, TRIAL_STEPS)
-        moved, trials = trial.clock[0].time - t, trials + 1
+        moved = trial.clock[0].time - t
+        trials = trials + 1
         cost = (trial.count[0].evaluations - before) / moved if moved > 0.0 else np.inf
     run.count[0].evaluations += trial.count[0].evaluations
     if code == REACHED:

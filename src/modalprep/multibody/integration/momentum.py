@@ -43,7 +43,9 @@ def restore_momenta(eq, run, t, y, counted):
     _sum(eq, run, t, y)
     g = get3(eq.model.gravity)
     for k in range(len(run.kept)):
-        own, kept, h = run.sums[k], run.kept[k], t - run.kept[k].time
+        own = run.sums[k]
+        kept = run.kept[k]
+        h = t - run.kept[k].time
         linear = sub3(axpy3(get3(kept.linear), own.mass * h, g), get3(own.linear))
         angular = sub3(get3(kept.angular), get3(own.angular))
         centre = axpy3(axpy3(get3(kept.centre), h / own.mass, get3(kept.linear)), 0.5 * h * h, g)

@@ -36,18 +36,22 @@ from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import kinematic
 
 G = 0.43586652150845900
-ALPHA = np.array([
-    [0.0, 0.0, 0.0, 0.0],
-    [0.87173304301691801, 0.0, 0.0, 0.0],
-    [0.84457060015369423, -0.11299064236484185, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-])  # fmt: skip
-GAMMA = np.array([
-    [0.0, 0.0, 0.0, 0.0],
-    [-0.87173304301691801, 0.0, 0.0, 0.0],
-    [-0.90338057013044082, 0.054180672388095326, 0.0, 0.0],
-    [0.24212380706095346, -1.2232505839045147, 0.54526025533510214, 0.0],
-])  # fmt: skip
+ALPHA = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0],
+        [0.87173304301691801, 0.0, 0.0, 0.0],
+        [0.84457060015369423, -0.11299064236484185, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ]
+)
+GAMMA = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0],
+        [-0.87173304301691801, 0.0, 0.0, 0.0],
+        [-0.90338057013044082, 0.054180672388095326, 0.0, 0.0],
+        [0.24212380706095346, -1.2232505839045147, 0.54526025533510214, 0.0],
+    ]
+)
 WEIGHTS = np.array([0.24212380706095346, -1.2232505839045147, 1.5452602553351020, 0.43586652150845900])
 EMBEDDED = np.array([0.37810903145819369, -0.096042292212423178, 0.5, 0.21793326075422950])
 STAGES = 4
@@ -66,7 +70,10 @@ def rosenbrock_step(eq, run, t, h):
         status = _stage(eq, run, t, h, i)
         if status != GOOD:
             return status, 0.0
-    nx, nu, error, scratch = eq.model.nx, len(eq.tau), run.rows[0], run.rows[1]
+    nx = eq.model.nx
+    nu = len(eq.tau)
+    error = run.rows[0]
+    scratch = run.rows[1]
     copy(run.y, run.new)
     error[:] = 0.0
     for i in range(STAGES):
@@ -86,7 +93,8 @@ def rosenbrock_step(eq, run, t, h):
 @compile_kernel
 def _slow_error(eq, run, t, h, worst, error, scratch):
     """Largest weighted error of the slow speeds, beside that of the coordinates; its share holds for a few steps."""
-    clock, nx = run.clock[0], eq.model.nx
+    clock = run.clock[0]
+    nx = eq.model.nx
     weight = run.weight[nx : nx + len(error)]
     whole = _largest(error, weight, 0, len(error))
     most = 1.0 / CAUTION if eq.model.modal is None else larger(worst, NEGLIGIBLE)  # without modes, little to take off
@@ -102,14 +110,17 @@ def _slow_error(eq, run, t, h, worst, error, scratch):
     wide = max(LEAST_WIDE * h * G, SLOW * _slow_time(run))
     keep_slow(eq, t + h, run.new, wide, wide * wide, 1, error, scratch)
     slow = _largest(error, weight, 0, len(error))
-    clock.slow_share, clock.share_step, run.count[0].shared = slow / whole, h, 0
+    clock.slow_share = slow / whole
+    clock.share_step = h
+    run.count[0].shared = 0
     return slow
 
 
 @compile_inline
 def _slow_time(run):
     """Time (s) in which an error of the speeds moves the joints by as much as the same share of their tolerance."""
-    size, time = run.size[0], run.clock[0].span
+    size = run.size[0]
+    time = run.clock[0].span
     if size.spin * time > size.angle:
         time = size.angle / size.spin
     if size.speed * time > size.travel:
@@ -125,7 +136,8 @@ def _place_error(eq, run, h, error):
     for i in range(len(links)):
         worst = larger(worst, _largest(error, run.weight, links[i].x, links[i].xq))
         for a in range(links[i].modes):
-            x, squared = links[i].xq + a, eq.linear[0, links[i].uq + a]
+            x = links[i].xq + a
+            squared = eq.linear[0, links[i].uq + a]
             share = 1.0 if squared * squared <= limit else max(NOT_FOLLOWED, limit / (squared * squared))
             worst = larger(worst, share * error[x] * run.weight[x])
     return worst
@@ -142,8 +154,13 @@ def _largest(error, weight, begin, end):
 @compile_kernel
 def _stage(eq, run, t, h, i):
     """Solve stage i for its row of K; its speeds stand in row 3 + i of `rows`."""
-    nx, nu = eq.model.nx, len(eq.tau)
-    y, row, rate, place, speed = run.new, run.K[i], run.rows[1], run.rows[2], run.rows[3 + i]
+    nx = eq.model.nx
+    nu = len(eq.tau)
+    y = run.new
+    row = run.K[i]
+    rate = run.rows[1]
+    place = run.rows[2]
+    speed = run.rows[3 + i]
     copy(run.y, y)
     rate[:] = place[:] = 0.0
     for j in range(i):

@@ -79,13 +79,31 @@ class Integration:
     """
 
     def __init__(
-        self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
-        method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9, longest: float = np.inf,
-        events: Sequence[Event] = (), reference: Callable | None = None, observer: Observer | None = None,
-    ) -> None:  # fmt: skip
-        self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
+        self,
+        system: System,
+        packed: Packed,
+        loading: Loading,
+        y: np.ndarray,
+        times: np.ndarray,
+        size: np.ndarray,
+        *,
+        method: str,
+        rtol: float,
+        atol: float,
+        step: float | None = None,
+        rho: float = 0.9,
+        longest: float = np.inf,
+        events: Sequence[Event] = (),
+        reference: Callable | None = None,
+        observer: Observer | None = None,
+    ) -> None:
+        self.system = system
+        self.packed = packed
+        self.loading = loading
+        self.events = tuple(events)
         self.observer = observer
-        data, start = packed.data(), None
+        data = packed.data()
+        start = None
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
@@ -99,7 +117,8 @@ class Integration:
             part = np.full_like(part, -1)
         settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, loading.step_bounds()
         self.steps = new_run(y, part, len(turning(system)), *settings)
-        sizes, scale = size.tolist(), self.steps.modal_size
+        sizes = size.tolist()
+        scale = self.steps.modal_size
         for i, own, _ in packed.flexible:
             reach = max(sizes[own])
             scale[i, 2] = 1.0 / reach if reach > 0 else 0.0
@@ -165,9 +184,13 @@ class Integration:
             return state_at(t)
 
         return EventSearch(
-            functions, state, lambda: float(np.sqrt((omega * omega).sum(axis=1).max())),
-            lambda e: self.changes.armed(self.events[e]), self.loading.t_end, self.loading.shortest_event,
-        )  # fmt: skip
+            functions,
+            state,
+            lambda: float(np.sqrt((omega * omega).sum(axis=1).max())),
+            lambda e: self.changes.armed(self.events[e]),
+            self.loading.t_end,
+            self.loading.shortest_event,
+        )
 
     def _search(self, t: float) -> None:
         self.search.step(t)
@@ -193,7 +216,8 @@ class Integration:
     def _follow(self, end: float, record: Record, progress: Callable[[float], None] | None) -> int:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
-            t, count = self._t, self._counted("evaluations")
+            t = self._t
+            count = self._counted("evaluations")
             halved = self._counted("halved")
             code = self._advance(self.choice.method, end, self._chunk())
             self._drain(record)
@@ -229,7 +253,8 @@ class Integration:
 
     def _change(self, record: Record, end: float) -> bool:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
-        t, here = self._t, [self.events[e] for e in self.search.signs]
+        t = self._t
+        here = [self.events[e] for e in self.search.signs]
         if any(event.terminal for event in here):
             return False
         self.changes.refuse_contradiction(self.search.at_once(), t)
@@ -263,7 +288,8 @@ class Integration:
         self._go_on(choice, record, end)
 
     def _go_on(self, choice: Choice, record: Record, end: float) -> None:
-        changes, self.choice = choice.method != self.choice.method, choice
+        changes = choice.method != self.choice.method
+        self.choice = choice
         if changes:
             self._sample_all(record)
             self._begin(self._t, end)
@@ -297,11 +323,14 @@ class Integration:
             self._sample_all(record)
         found = self.search.found if self.events else []
         times = {e.name: np.sort([s for k, s in found if k == i]) for i, e in enumerate(self.events)}
-        status, message = "done", f"reached t = {t:g} s"
+        status = "done"
+        message = f"reached t = {t:g} s"
         if code == driver.DIVERGED:
-            status, message = "diverged", diverged(self)
+            status = "diverged"
+            message = diverged(self)
         if code == driver.WOUND:
-            status, message = "diverged", wound(self)
+            status = "diverged"
+            message = wound(self)
         if code == driver.STOPPED:
             names = [e.name for e in self.events if e.terminal and t in times[e.name]]
             message = f"event {names[0]!r} ended the run at t = {t:.6g} s"

@@ -15,48 +15,54 @@ from modalprep.multibody.kernels.joints import normalise
 from modalprep.multibody.packing.step_bounds import StepBounds
 from modalprep.multibody.packing.tree import blank
 
-CLOCK = np.dtype([
-    ("time", np.float64),  # s
-    ("next_step", np.float64),
-    ("error", np.float64),  # of the last step; negative after one that was rejected
-    ("last_step", np.float64),  # its length
-    ("begin", np.float64),  # its begin
-    ("power_before", np.float64),  # W, there
-    ("fixed_step", np.float64),  # 0: adaptive
-    ("longest", np.float64),  # that the user allows
-    ("kink", np.float64),  # where the last step ended that a kink of a function of time has ended
-    ("rtol", np.float64),
-    ("atol", np.float64),
-    ("rho_inf", np.float64),
-    ("span", np.float64),  # of the whole run
-    ("output", np.float64),  # between outputs
-    ("slow_share", np.float64),  # of the error of the speeds that is not of vibrations, when it was last filtered
-    ("share_step", np.float64),  # the step then; 0: never
-    ("energy", np.float64),  # J, of the whole system less the work, at the time
-    ("energy_size", np.float64),  # J, the largest so far
-    ("least_deflection", np.float64),  # in sizes of the body: a smaller one is not resolved relative to itself
-])  # fmt: skip
-COUNT = np.dtype([
-    ("steps", np.int64),
-    ("evaluations", np.int64),  # of the equations
-    ("rejected", np.int64),  # steps
-    ("halved", np.int64),  # steps that failed
-    ("buffered", np.int64),  # samples
-    ("sampled", np.int64),  # in all
-    ("shared", np.int64),  # steps since the error of the speeds was filtered
-    ("cause", np.int64),  # why the last step failed
-])  # fmt: skip
+CLOCK = np.dtype(
+    [
+        ("time", np.float64),  # s
+        ("next_step", np.float64),
+        ("error", np.float64),  # of the last step; negative after one that was rejected
+        ("last_step", np.float64),  # its length
+        ("begin", np.float64),  # its begin
+        ("power_before", np.float64),  # W, there
+        ("fixed_step", np.float64),  # 0: adaptive
+        ("longest", np.float64),  # that the user allows
+        ("kink", np.float64),  # where the last step ended that a kink of a function of time has ended
+        ("rtol", np.float64),
+        ("atol", np.float64),
+        ("rho_inf", np.float64),
+        ("span", np.float64),  # of the whole run
+        ("output", np.float64),  # between outputs
+        ("slow_share", np.float64),  # of the error of the speeds that is not of vibrations, when it was last filtered
+        ("share_step", np.float64),  # the step then; 0: never
+        ("energy", np.float64),  # J, of the whole system less the work, at the time
+        ("energy_size", np.float64),  # J, the largest so far
+        ("least_deflection", np.float64),  # in sizes of the body: a smaller one is not resolved relative to itself
+    ]
+)
+COUNT = np.dtype(
+    [
+        ("steps", np.int64),
+        ("evaluations", np.int64),  # of the equations
+        ("rejected", np.int64),  # steps
+        ("halved", np.int64),  # steps that failed
+        ("buffered", np.int64),  # samples
+        ("sampled", np.int64),  # in all
+        ("shared", np.int64),  # steps since the error of the speeds was filtered
+        ("cause", np.int64),  # why the last step failed
+    ]
+)
 NONE = StepBounds(np.zeros((0, 2)), np.zeros(0))
 
 # Momenta of a part that nothing holds, and what was given back to it
-KEPT = np.dtype([
-    ("time", np.float64),  # s, of the following; NaN before
-    ("centre", np.float64, 3),  # m
-    ("linear", np.float64, 3),  # kg m/s
-    ("angular", np.float64, 3),  # kg m^2/s, about the mass centre
-    ("given_linear", np.float64, 3),  # in all, since the run began
-    ("given_angular", np.float64, 3),
-])  # fmt: skip
+KEPT = np.dtype(
+    [
+        ("time", np.float64),  # s, of the following; NaN before
+        ("centre", np.float64, 3),  # m
+        ("linear", np.float64, 3),  # kg m/s
+        ("angular", np.float64, 3),  # kg m^2/s, about the mass centre
+        ("given_linear", np.float64, 3),  # in all, since the run began
+        ("given_angular", np.float64, 3),
+    ]
+)
 
 NOT_FINITE, NOT_CONVERGED, OPEN, HALF_TURN = -3, -4, -5, -6  # beside the status of `evaluate`
 SIZE = np.dtype(
@@ -89,9 +95,18 @@ class Run(NamedTuple):
 
 
 def new_run(
-    y: np.ndarray, part: np.ndarray, turning: int, rtol: float, atol: float, rho: float, fixed: float, span: float,
-    output: float, longest: float = np.inf, bounds: StepBounds = NONE,
-) -> Run:  # fmt: skip
+    y: np.ndarray,
+    part: np.ndarray,
+    turning: int,
+    rtol: float,
+    atol: float,
+    rho: float,
+    fixed: float,
+    span: float,
+    output: float,
+    longest: float = np.inf,
+    bounds: StepBounds = NONE,
+) -> Run:
     """Return the state of a run that begins at y; `part (nl,)` as in `Run`, `turning` springs of rotations."""
     run = _pattern(len(y), len(part), 1 + int(part.max(initial=-1)), turning)
     run = run.copy(cells=bounds.cells, ends=bounds.ends)
@@ -120,11 +135,17 @@ def set_weights(model, linear, run, z, keep):
     is measured by one radian at least, the rate of a mode by its deflection times its frequency. So what matters
     little, a mode of no effect or a hinge that happens to rest, does not hold the step.
     """
-    size, modal = run.size[0], run.modal_size
+    size = run.size[0]
+    modal = run.modal_size
     nx = model.nx
-    angle, spin, place, speed = max(1.0, size.angle), size.spin, size.travel, size.speed
+    angle = max(1.0, size.angle)
+    spin = size.spin
+    place = size.travel
+    speed = size.speed
     for i in range(len(model.links)):
-        joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
+        joint = model.links[i].joint
+        x = model.links[i].x
+        u = nx + model.links[i].u
         if joint == REVOLUTE or (joint == SLIDING and model.links[i].about != 0.0):
             angle, spin = max(angle, abs(z[x])), max(spin, abs(z[u]))
         elif joint == SLIDING:
@@ -132,22 +153,31 @@ def set_weights(model, linear, run, z, keep):
         elif joint == SPHERICAL:
             spin = max(spin, _largest(z, u, 3))
         elif joint == FREE:
-            place, speed, spin = (
-                max(place, _largest(z, x, 3)), max(speed, _largest(z, u, 3)), max(spin, _largest(z, u + 3, 3)),
-            )  # fmt: skip
+            place = max(place, _largest(z, x, 3))
+            speed = max(speed, _largest(z, u, 3))
+            spin = max(spin, _largest(z, u + 3, 3))
     work = max(size.work, abs(z[len(z) - 1]))
     if keep:
-        size.angle, size.spin, size.travel, size.speed, size.work = angle, spin, place, speed, work
+        size.angle = angle
+        size.spin = spin
+        size.travel = place
+        size.speed = speed
+        size.work = work
     for i in range(len(model.links)):
-        joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
+        joint = model.links[i].joint
+        x = model.links[i].x
+        u = nx + model.links[i].u
         turns = joint == SPHERICAL or model.links[i].about != 0.0
         travels = 3 if joint == FREE else 0 if turns else model.links[i].uq - model.links[i].u
         _weigh(run.weight, run.clock[0], x, travels, place)
         _weigh(run.weight, run.clock[0], u, travels, speed)
         _weigh(run.weight, run.clock[0], x + travels, model.links[i].xq - x - travels, angle)
         _weigh(run.weight, run.clock[0], u + travels, model.links[i].uq - model.links[i].u - travels, spin)
-        n, xq, uq = model.links[i].modes, model.links[i].xq, nx + model.links[i].uq
-        moved, rate = max(modal[i, 0], _largest(z, xq, n)), max(modal[i, 1], _largest(z, uq, n))
+        n = model.links[i].modes
+        xq = model.links[i].xq
+        uq = nx + model.links[i].uq
+        moved = max(modal[i, 0], _largest(z, xq, n))
+        rate = max(modal[i, 1], _largest(z, uq, n))
         moved = max(moved, run.clock[0].least_deflection * modal[i, 2])
         if keep:
             modal[i, 0], modal[i, 1] = moved, rate

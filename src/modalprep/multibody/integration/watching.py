@@ -36,7 +36,9 @@ def new_watch(times: np.ndarray, size: np.ndarray, ny: int, eq: Equations) -> Wa
 def _pattern() -> Pattern[Watch]:
     given = {"times": np.zeros(0), "samples": np.zeros((0, 0)), "size": np.zeros(0), "state": np.zeros(0)}
     own = {
-        "hook": np.zeros(1, np.int64), "stop": np.full(1, np.inf), "branches": np.zeros(1, np.int64),
+        "hook": np.zeros(1, np.int64),
+        "stop": np.full(1, np.inf),
+        "branches": np.zeros(1, np.int64),
         "shared": blank(SHARED, 1),
-    }  # fmt: skip
+    }
     return Pattern(Watch(**given, **own), (*given, "shared"))

@@ -111,9 +111,12 @@ def _move(model, data, y, motion, inertia, placed):
 def _move_hinged(model, data, i, y):
     """Kinematics of link i with a revolute joint on a rigid body: the common case, without what vanishes in it."""
     link, own = model.links[i], data.links[i]
-    arm, wP, rate = get3(link.arm), get3(data.links[at(link.parent)].omega), y[at(model.nx + link.u)]
+    arm = get3(link.arm)
+    wP = get3(data.links[at(link.parent)].omega)
+    rate = y[at(model.nx + link.u)]
     turn = turned(get9(link.rotation), y[at(link.x)])
-    w, v = transposed_times(turn, wP), transposed_times(turn, cross(wP, cross(wP, arm)))
+    w = transposed_times(turn, wP)
+    v = transposed_times(turn, cross(wP, cross(wP, arm)))
     put9(own.rotation, turn)
     put3(own.arm, arm)
     put3(own.slide, ZERO3)
@@ -124,7 +127,9 @@ def _move_hinged(model, data, i, y):
 @compile_inline
 def _move_any(model, data, i, y, prescribed):
     """Kinematics of link i."""
-    link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
+    link = model.links[i]
+    own = data.links[i]
+    wP = get3(data.links[model.links[i].parent].omega)
     # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
     frame, arm, slide, t, linear, angular, shape, scale = parent_frame(data.modal, model, data, i)
     wF = add3(wP, t)
@@ -136,7 +141,8 @@ def _move_any(model, data, i, y, prescribed):
         slide = add3(add3(slide, cross(t, offset)), rate)
     turn_parent_shape(data.modal, model, i, shape, scale, offset)
     w = add3(transposed_times(turn, wF), spin)
-    bias, turning = transposed_times(turn, linear), add3(transposed_times(turn, angular), cross(w, spin))
+    bias = transposed_times(turn, linear)
+    turning = add3(transposed_times(turn, angular), cross(w, spin))
     put9(own.rotation, turn)
     put3(own.arm, add3(arm, offset))
     put3(own.slide, slide)
@@ -168,7 +174,9 @@ def inward_link(model, data, i, tau, more, c1, c2):
     """Do as `inward` with link i, after its children; False when its pivot is not positive."""
     if not eliminate_modes(data.modal, model, data, i, c1, c2):
         return False
-    link, own, ground = model.links[i], data.links[i], len(model.links)
+    link = model.links[i]
+    own = data.links[i]
+    ground = len(model.links)
     B = blocks(get6(own.M), get9(own.H), get6(own.J))
     if link.last_child >= 0:
         B = add6(B, get_lanes6(own.handed))
@@ -207,7 +215,8 @@ def _through_several(link, own, M, H, J, P, tau, more):
 @compile_inline
 def _hand_on(model, data, i, B, f, t):
     """Add inertia and bias force of link i, parent link's axes, to its parent."""
-    arm, parent = get3(data.links[i].arm), data.links[at(model.links[i].parent)]
+    arm = get3(data.links[i].arm)
+    parent = data.links[at(model.links[i].parent)]
     M, H, J = parts(B)
     add_to_modes(data.modal, model, i, M, H, J, (f[0], f[1], f[2], t[0], t[1], t[2]), arm)
     B = shifted(B, arm)
@@ -230,7 +239,8 @@ def _accelerate(model, data, tau, udot, whole):
     for i in range(len(model.links)):
         own = data.links[i]
         linear, angular = parent_acceleration(data.modal, model, data, i, whole)
-        turn, b = get9(own.rotation), get6(own.bias)
+        turn = get9(own.rotation)
+        b = get6(own.bias)
         v = axpy3(transposed_times(turn, linear), whole, (b[0], b[1], b[2]))
         t = axpy3(transposed_times(turn, angular), whole, (b[3], b[4], b[5]))
         base = (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2])
@@ -265,7 +275,8 @@ def inward_bias(model, data, tau):
         link, own = model.links[i], data.links[i]
         if link.parent == ground:
             continue
-        P, turn = get6(own.force), get9(own.rotation)
+        P = get6(own.force)
+        turn = get9(own.rotation)
         x = speeds_from_bias(link, own, P, tau)
         P = add6(P, inertia_times(own.M, own.H, own.J, x))
         f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))

@@ -31,54 +31,58 @@ EPSILON[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
 EPSILON[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 # One link of the model. Rotations by rows; a moment of inertia by xx, xy, xz, yy, yz, zz.
-LINK = np.dtype([
-    ("parent", np.int64),  # link; the number of links for the ground
-    ("interface", np.int64),  # of the parent's body
-    ("joint", np.int64),  # type
-    ("along", np.float64),  # of a joint of one axis: travel (m) and turn (rad) per unit of its coordinate
-    ("about", np.float64),
-    ("modes", np.int64),
-    ("x", np.int64),  # first coordinate
-    ("u", np.int64),  # first speed, counted from the first speed
-    ("xq", np.int64),  # first modal coordinate
-    ("uq", np.int64),  # first modal speed
-    ("kind", np.int64),  # row in `Modal`, -1 rigid
-    ("slot", np.int64),  # row in `ModalData`, -1 rigid
-    ("modal_mass", np.int64),  # UNIT, AFFINE or GROWS
-    ("body", np.int64),  # in the system's order, -1 none
-    ("phi", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
-    ("first_interface", np.int64),  # row of `Model.interfaces`
-    ("last_child", np.int64),  # link, -1 of a tip
-    ("rotation", np.float64, 9),  # joint frame at zero to the parent's link frame
-    ("arm", np.float64, 3),  # interface on the parent's undeformed body, in the parent's link frame, m
-    ("align", np.float64, 9),  # link frame to the body's frame
-    ("mass", np.float64),  # kg, of the body
-    ("first_moment", np.float64, 3),  # kg m
-    ("inertia", np.float64, 6),  # kg m^2, about the link's origin
-])  # fmt: skip
+LINK = np.dtype(
+    [
+        ("parent", np.int64),  # link; the number of links for the ground
+        ("interface", np.int64),  # of the parent's body
+        ("joint", np.int64),  # type
+        ("along", np.float64),  # of a joint of one axis: travel (m) and turn (rad) per unit of its coordinate
+        ("about", np.float64),
+        ("modes", np.int64),
+        ("x", np.int64),  # first coordinate
+        ("u", np.int64),  # first speed, counted from the first speed
+        ("xq", np.int64),  # first modal coordinate
+        ("uq", np.int64),  # first modal speed
+        ("kind", np.int64),  # row in `Modal`, -1 rigid
+        ("slot", np.int64),  # row in `ModalData`, -1 rigid
+        ("modal_mass", np.int64),  # UNIT, AFFINE or GROWS
+        ("body", np.int64),  # in the system's order, -1 none
+        ("phi", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
+        ("first_interface", np.int64),  # row of `Model.interfaces`
+        ("last_child", np.int64),  # link, -1 of a tip
+        ("rotation", np.float64, 9),  # joint frame at zero to the parent's link frame
+        ("arm", np.float64, 3),  # interface on the parent's undeformed body, in the parent's link frame, m
+        ("align", np.float64, 9),  # link frame to the body's frame
+        ("mass", np.float64),  # kg, of the body
+        ("first_moment", np.float64, 3),  # kg m
+        ("inertia", np.float64, 6),  # kg m^2, about the link's origin
+    ]
+)
 
 # One link of the data, in its own axes where nothing else is said. Spatial vectors are (linear, angular).
-LINK_DATA = np.dtype([
-    ("rotation", np.float64, 9),  # to the parent link's axes
-    ("arm", np.float64, 3),  # from the parent link's origin, in its axes
-    ("omega", np.float64, 3),  # angular velocity, inertial
-    ("bias", np.float64, 6),  # acceleration when that of the parent, u' and q'' are zero
-    ("M", np.float64, 6),  # articulated inertia [[M, H], [H', J]]
-    ("H", np.float64, 9),
-    ("J", np.float64, 6),
-    ("handed", np.float64, 24),  # what children add to it, by axes (algebra/inertia_blocks.py)
-    ("force", np.float64, 6),  # articulated bias force
-    ("acceleration", np.float64, 6),  # of the origin, less gravity
-    ("pivot", np.float64, 21),  # what the joint's elimination leaves for the accelerations
-    ("wrench", np.float64, 6),  # external, at the origin
-    ("position", np.float64, 3),  # inertial, as the following
-    ("orientation", np.float64, 9),  # link to inertial
-    ("velocity", np.float64, 3),
-    ("slide", np.float64, 3),  # velocity relative to the parent's material, parent's axes
-    ("mass", np.float64),  # of the body now: the model's, where nothing changes it
-    ("first_moment", np.float64, 3),
-    ("inertia", np.float64, 6),
-])  # fmt: skip
+LINK_DATA = np.dtype(
+    [
+        ("rotation", np.float64, 9),  # to the parent link's axes
+        ("arm", np.float64, 3),  # from the parent link's origin, in its axes
+        ("omega", np.float64, 3),  # angular velocity, inertial
+        ("bias", np.float64, 6),  # acceleration when that of the parent, u' and q'' are zero
+        ("M", np.float64, 6),  # articulated inertia [[M, H], [H', J]]
+        ("H", np.float64, 9),
+        ("J", np.float64, 6),
+        ("handed", np.float64, 24),  # what children add to it, by axes (algebra/inertia_blocks.py)
+        ("force", np.float64, 6),  # articulated bias force
+        ("acceleration", np.float64, 6),  # of the origin, less gravity
+        ("pivot", np.float64, 21),  # what the joint's elimination leaves for the accelerations
+        ("wrench", np.float64, 6),  # external, at the origin
+        ("position", np.float64, 3),  # inertial, as the following
+        ("orientation", np.float64, 9),  # link to inertial
+        ("velocity", np.float64, 3),
+        ("slide", np.float64, 3),  # velocity relative to the parent's material, parent's axes
+        ("mass", np.float64),  # of the body now: the model's, where nothing changes it
+        ("first_moment", np.float64, 3),
+        ("inertia", np.float64, 6),
+    ]
+)
 
 
 @by_address
@@ -177,18 +181,33 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
         links[name][:-1] = model.links[name]
     ground = links[-1]
     ground["orientation"][[0, 4, 8]] = 1.0
-    ground["acceleration"][:3], ground["omega"][2] = -model.gravity, model.ground_rate
+    ground["acceleration"][:3] = -model.gravity
+    ground["omega"][2] = model.ground_rate
     return Data(links, None if model.modal is None else _modal_data(model, model.modal, depleting))
 
 
 def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
     N, grows = modal.integrals.by_q.shape[1], modal.second.shape[1]
-    slots, attached = int(model.links["slot"].max()) + 1, int(model.links["phi"].max()) + 2
+    slots = int(model.links["slot"].max()) + 1
+    attached = int(model.links["phi"].max()) + 2
     integrals = Integrals(*(x.copy() for x in modal.integrals)) if depleting else modal.integrals
     shapes = {
-        "q": (slots, N), "qd": (slots, N), "load": (slots, N), "qdd": (slots, N), "Z": (slots, N, 8 + N),
-        "Phi": (attached, 6 * N), "dp": (12 * N,), "Dqd": (12 * N,), "affine": (5, 12), "rest": (12 * N,),
-        "gyro": (3 * N,), "eta": (2, N), "slope": (3, grows, grows), "turned": (grows,), "curved": (2, grows),
-        "phi": (6 * N,), "turn": (6 * N,),
-    }  # fmt: skip
+        "q": (slots, N),
+        "qd": (slots, N),
+        "load": (slots, N),
+        "qdd": (slots, N),
+        "Z": (slots, N, 8 + N),
+        "Phi": (attached, 6 * N),
+        "dp": (12 * N,),
+        "Dqd": (12 * N,),
+        "affine": (5, 12),
+        "rest": (12 * N,),
+        "gyro": (3 * N,),
+        "eta": (2, N),
+        "slope": (3, grows, grows),
+        "turned": (grows,),
+        "curved": (2, grows),
+        "phi": (6 * N,),
+        "turn": (6 * N,),
+    }
     return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()})

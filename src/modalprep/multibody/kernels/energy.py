@@ -54,8 +54,10 @@ def body_momenta(model, data, link, v, w):
 @compile_kernel
 def body_sums(model, data, link):
     """Return the `Sums` of a link's body: ``T = V' M V / 2`` with the mass matrix of `outward`."""
-    own, w = data.links[link], seen_spin(data, link)
-    base, p = get9(own.orientation), get3(own.position)
+    own = data.links[link]
+    w = seen_spin(data, link)
+    base = get9(own.orientation)
+    p = get3(own.position)
     v = transposed_times(base, get3(own.velocity))
     linear, angular, of_modes, about_modes = body_momenta(model, data, link, v, w)
     modal, strain = modal_energies(data.modal, model, link)

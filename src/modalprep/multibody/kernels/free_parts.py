@@ -37,14 +37,16 @@ from modalprep.multibody.kernels.interfaces import seen_spin
 
 # The sums of a part in inertial axes. While they are made, `centre` is the first moment (kg m), and the last two count
 # about `origin`.
-PART = np.dtype([
-    ("mass", np.float64),  # kg
-    ("centre", np.float64, 3),  # m
-    ("linear", np.float64, 3),  # momentum, kg m/s
-    ("angular", np.float64, 3),  # about the mass centre, kg m^2/s
-    ("inertia", np.float64, 6),  # about the mass centre, kg m^2
-    ("origin", np.float64, 3),  # m
-])  # fmt: skip
+PART = np.dtype(
+    [
+        ("mass", np.float64),  # kg
+        ("centre", np.float64, 3),  # m
+        ("linear", np.float64, 3),  # momentum, kg m/s
+        ("angular", np.float64, 3),  # about the mass centre, kg m^2/s
+        ("inertia", np.float64, 6),  # about the mass centre, kg m^2
+        ("origin", np.float64, 3),  # m
+    ]
+)
 
 
 @compile_kernel
@@ -72,11 +74,15 @@ def sum_parts(model, data, part, sums):
 @compile_inline
 def _add_body(model, data, i, own):
     """Add the body of link i to the sums of its part."""
-    link, base, w = data.links[i], get9(data.links[i].orientation), seen_spin(data, i)
+    link = data.links[i]
+    base = get9(data.links[i].orientation)
+    w = seen_spin(data, i)
     if own.mass < 0.0:
         own.mass = 0.0
         put3(own.origin, get3(link.position))
-    r, m, s = sub3(get3(link.position), get3(own.origin)), link.mass, times(base, (link.H[5], link.H[6], link.H[1]))
+    r = sub3(get3(link.position), get3(own.origin))
+    m = link.mass
+    s = times(base, (link.H[5], link.H[6], link.H[1]))
     v = transposed_times(base, get3(link.velocity))
     linear, angular, _, _ = body_momenta(model, data, i, v, w)
     linear, angular = times(base, linear), times(base, angular)
@@ -94,9 +100,13 @@ def _of_pair(m, a, b):
     """Return ``m (a.b - (a b' + b a') / 2)``: the symmetric (3, 3) of a product of places in a moment of inertia."""
     d = m * dot3(a, b)
     return (
-        d - m * a[0] * b[0], -0.5 * m * (a[0] * b[1] + a[1] * b[0]), -0.5 * m * (a[0] * b[2] + a[2] * b[0]),
-        d - m * a[1] * b[1], -0.5 * m * (a[1] * b[2] + a[2] * b[1]), d - m * a[2] * b[2],
-    )  # fmt: skip
+        d - m * a[0] * b[0],
+        -0.5 * m * (a[0] * b[1] + a[1] * b[0]),
+        -0.5 * m * (a[0] * b[2] + a[2] * b[0]),
+        d - m * a[1] * b[1],
+        -0.5 * m * (a[1] * b[2] + a[2] * b[1]),
+        d - m * a[2] * b[2],
+    )
 
 
 @compile_kernel
@@ -106,7 +116,8 @@ def move_part(model, data, part, k, own, centre, linear, angular, y):
     `own` is what `sum_parts` made of the same state. The motion is that of its free joints on the ground: nothing
     within the part, closed loops included, sees it.
     """
-    nx, inverse = model.nx, inverse_symmetric(get6(own.inertia))[0]
+    nx = model.nx
+    inverse = inverse_symmetric(get6(own.inertia))[0]
     w = symmetric_times(inverse, angular)
     for i in range(len(part)):
         link = model.links[i]
@@ -114,7 +125,8 @@ def move_part(model, data, part, k, own, centre, linear, angular, y):
             base = get9(data.links[i].orientation)
             r = sub3(get3(data.links[i].position), get3(own.centre))
             v = transposed_times(base, axpy3(cross(w, r), 1.0 / own.mass, linear))
-            place, turn = transposed_times(get9(link.rotation), centre), transposed_times(base, w)
+            place = transposed_times(get9(link.rotation), centre)
+            turn = transposed_times(base, w)
             for c in range(3):
                 y[link.x + c] += place[c]
                 y[nx + link.u + c] += v[c]

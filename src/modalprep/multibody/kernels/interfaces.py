@@ -39,7 +39,9 @@ def ground_rate(data):
 @compile_inline
 def seen_spin(data, i):
     """Angular velocity of link i relative to the ground, which may turn about z, in the link's axes; after `world`."""
-    n, w, base = ground_rate(data), get3(data.links[i].omega), data.links[i].orientation
+    n = ground_rate(data)
+    w = get3(data.links[i].omega)
+    base = data.links[i].orientation
     return w[0] - n * base[6], w[1] - n * base[7], w[2] - n * base[8]
 
 
@@ -47,7 +49,8 @@ def seen_spin(data, i):
 def carried(data, p, v):
     """Specific acceleration of a point at p that the ground sees moving at a constant velocity v, inertial axes."""
     ground = data.links[at(len(data.links) - 1)]
-    g, n = get3(ground.acceleration), ground.omega[2]
+    g = get3(ground.acceleration)
+    n = ground.omega[2]
     return g[0] - n * (n * p[0] + 2.0 * v[1]), g[1] - n * (n * p[1] - 2.0 * v[0]), g[2]
 
 
@@ -62,8 +65,10 @@ def world(model, data):
 def place_link(model, data, i):
     """Do as `world` with link i, after its parent."""
     p = at(model.links[at(i)].parent)
-    own, parent = data.links[at(i)], data.links[p]
-    base, arm = get9(parent.orientation), get3(own.arm)
+    own = data.links[at(i)]
+    parent = data.links[p]
+    base = get9(parent.orientation)
+    arm = get3(own.arm)
     v = add3(cross(seen_spin(data, p), arm), get3(own.slide))
     put3(own.position, add3(get3(parent.position), times(base, arm)))
     put3(own.velocity, add3(get3(parent.velocity), times(base, v)))
@@ -93,7 +98,8 @@ def node_state(model, data, link, node):
 @compile_inline
 def seen_from_ground(model, data, link, r, turn, v, w):
     """Return `node_state` of an interface by its position, rotation, velocity and spin in its link's axes."""
-    own, spin = data.links[link], seen_spin(data, link)
+    own = data.links[link]
+    spin = seen_spin(data, link)
     base = get9(own.orientation)
     velocity = add3(get3(own.velocity), times(base, add3(cross(spin, r), v)))
     position = add3(get3(own.position), times(base, r))
@@ -109,7 +115,8 @@ def node_acceleration(model, data, link, node, whole):
     response.
     """
     own = data.links[link]
-    base, angular = get9(own.orientation), get_angular(own.acceleration)
+    base = get9(own.orientation)
+    angular = get_angular(own.acceleration)
     r, v, t, linear, turning = deflected_acceleration(
         data.modal, model, data, link, node, free_position(model, link, node)
     )

@@ -77,22 +77,29 @@ def joint_motion(link, prescribed, nx, y, turn):
     spin : angular velocity, link's axes
     extra : acceleration that prescribed motions and turning axes add, link's axes
     """
-    joint, x, u = link.joint, link.x, nx + link.u
+    joint = link.joint
+    x = link.x
+    u = nx + link.u
     offset, rate, spin, extra = ZERO3, ZERO3, ZERO3, ZERO6
     if joint == REVOLUTE:
-        turn, spin = turned(turn, y[x]), (0.0, 0.0, y[u])
+        turn = turned(turn, y[x])
+        spin = (0.0, 0.0, y[u])
     elif joint == SLIDING or joint == PRESCRIBED:
         place, speed, acceleration = (y[x], y[u], 0.0) if joint == SLIDING else get3(prescribed)
         along, about = link.along, link.about
-        offset, rate = times(turn, (0.0, 0.0, along * place)), (0.0, 0.0, along * speed)
-        turn, spin = turned(turn, about * place), (0.0, 0.0, about * speed)
+        offset = times(turn, (0.0, 0.0, along * place))
+        rate = (0.0, 0.0, along * speed)
+        turn = turned(turn, about * place)
+        spin = (0.0, 0.0, about * speed)
         extra = (0.0, 0.0, along * acceleration, 0.0, 0.0, about * acceleration)
     elif joint == SPHERICAL:
-        turn, spin = product(turn, quaternion_rotation(take4(y, x))), take3(y, u)
+        turn = product(turn, quaternion_rotation(take4(y, x)))
+        spin = take3(y, u)
     elif joint == FREE:
         offset = times(turn, take3(y, x))
         turn = product(turn, quaternion_rotation(take4(y, x + 3)))
-        rate, spin = take3(y, u), take3(y, u + 3)
+        rate = take3(y, u)
+        spin = take3(y, u + 3)
         c = cross(spin, rate)
         extra = (c[0], c[1], c[2], 0.0, 0.0, 0.0)
     return turn, offset, rate, spin, extra
@@ -101,7 +108,9 @@ def joint_motion(link, prescribed, nx, y, turn):
 @compile_inline
 def joint_rates(link, nx, y, ydot):
     """Write the time derivatives of a joint's coordinates to ``ydot``."""
-    joint, x, u = link.joint, link.x, nx + link.u
+    joint = link.joint
+    x = link.x
+    u = nx + link.u
     if joint == REVOLUTE or joint == SLIDING:
         ydot[x] = y[u]
     elif joint == SPHERICAL:
@@ -124,7 +133,8 @@ def along_joint(link, speeds, linear, angular):
     elif joint == SPHERICAL:
         angular = add3(angular, take3(speeds, u))
     elif joint == FREE:
-        linear, angular = add3(linear, take3(speeds, u)), add3(angular, take3(speeds, u + 3))
+        linear = add3(linear, take3(speeds, u))
+        angular = add3(angular, take3(speeds, u + 3))
     return linear, angular
 
 
@@ -183,9 +193,12 @@ def through_axis(link, own, g, v, B, P, tau):
 
     ``I - I S g S' I`` and ``P + I b + I S g (tau - S' (P + I b))``; B is I by axes, as the result, v of `axis_column`.
     """
-    turn, P = get9(own.rotation), add6(P, blocks_times(B, get6(own.bias)))
-    e, (f, t) = g * (tau[at(link.u)] - along_axis(link, P)), column_parts(v)
-    f, t = axpy3(times(turn, (P[0], P[1], P[2])), e, f), axpy3(times(turn, (P[3], P[4], P[5])), e, t)
+    turn = get9(own.rotation)
+    P = add6(P, blocks_times(B, get6(own.bias)))
+    e = g * (tau[at(link.u)] - along_axis(link, P))
+    f, t = column_parts(v)
+    f = axpy3(times(turn, (P[0], P[1], P[2])), e, f)
+    t = axpy3(times(turn, (P[3], P[4], P[5])), e, t)
     return less_outer_blocks(rotated(turn, B), g, v), f, t
 
 
@@ -216,14 +229,14 @@ def through_joint(link, own, M, H, J, P, tau, more):
     if joint == SPHERICAL:
         g = get6(own.pivot)
         e = symmetric_times(g, (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
-        f, t = times(H, e), symmetric_times(J, e)
+        f = times(H, e)
+        t = symmetric_times(J, e)
         P = add6(P, (f[0], f[1], f[2], t[0], t[1], t[2]))
-        HG, JG = product(H, square(g)), product(square(J), square(g))
-        M, H, J = (
-            sub6(M, symmetric_product(HG, H)),
-            sub9(H, product(HG, square(J))),
-            sub6(J, symmetric_product(JG, square(J))),
-        )
+        HG = product(H, square(g))
+        JG = product(square(J), square(g))
+        M = sub6(M, symmetric_product(HG, H))
+        H = sub9(H, product(HG, square(J)))
+        J = sub6(J, symmetric_product(JG, square(J)))
     elif joint == FREE:
         x = _solve(own.pivot, own.acceleration, sub6(take6(tau, u), P))
         P = add6(P, inertia_times(M, H, J, x))
@@ -328,15 +341,32 @@ def _left_of_free(pivot, x, more, u):
     e = _solve(pivot, x, (0.0, 0.0, 0.0, 0.0, h[4], 0.0))
     f = _solve(pivot, x, (0.0, 0.0, 0.0, 0.0, 0.0, h[5]))
     M = (
-        h[0] - h[0] * a[0], -h[0] * b[0], -h[0] * c[0], h[1] - h[1] * b[1], -h[1] * c[1], h[2] - h[2] * c[2],
-    )  # fmt: skip
+        h[0] - h[0] * a[0],
+        -h[0] * b[0],
+        -h[0] * c[0],
+        h[1] - h[1] * b[1],
+        -h[1] * c[1],
+        h[2] - h[2] * c[2],
+    )
     H = (
-        -h[0] * d[0], -h[0] * e[0], -h[0] * f[0], -h[1] * d[1], -h[1] * e[1], -h[1] * f[1], -h[2] * d[2],
-        -h[2] * e[2], -h[2] * f[2],
-    )  # fmt: skip
+        -h[0] * d[0],
+        -h[0] * e[0],
+        -h[0] * f[0],
+        -h[1] * d[1],
+        -h[1] * e[1],
+        -h[1] * f[1],
+        -h[2] * d[2],
+        -h[2] * e[2],
+        -h[2] * f[2],
+    )
     J = (
-        h[3] - h[3] * d[3], -h[3] * e[3], -h[3] * f[3], h[4] - h[4] * e[4], -h[4] * f[4], h[5] - h[5] * f[5],
-    )  # fmt: skip
+        h[3] - h[3] * d[3],
+        -h[3] * e[3],
+        -h[3] * f[3],
+        h[4] - h[4] * e[4],
+        -h[4] * f[4],
+        h[5] - h[5] * f[5],
+    )
     return M, H, J
 
 
@@ -372,16 +402,21 @@ def move(model, y, d, out):
         elif joint == SPHERICAL:
             _turn(y, x, take3(d, u), out)
         elif joint == FREE:
-            r, w = take3(d, u), take3(d, u + 3)
+            r = take3(d, u)
+            w = take3(d, u + 3)
             ww = dot3(w, w)
-            b, c = 0.5 - ww / 24.0, 1.0 / 6.0 - ww / 120.0
+            b = 0.5 - ww / 24.0
+            c = 1.0 / 6.0 - ww / 120.0
             if ww > 1e-6:
                 angle = np.sqrt(ww)
-                b, c = (1.0 - np.cos(angle)) / ww, (angle - np.sin(angle)) / (ww * angle)
+                b = (1.0 - np.cos(angle)) / ww
+                c = (angle - np.sin(angle)) / (ww * angle)
             wr = cross(w, r)
             r = add3(r, axpy3((b * wr[0], b * wr[1], b * wr[2]), c, cross(w, wr)))
             r = times(quaternion_rotation(take4(y, x + 3)), r)
-            out[x], out[x + 1], out[x + 2] = y[x] + r[0], y[x + 1] + r[1], y[x + 2] + r[2]
+            out[x] = y[x] + r[0]
+            out[x + 1] = y[x + 1] + r[1]
+            out[x + 2] = y[x + 2] + r[2]
             _turn(y, x + 3, w, out)
 
 
@@ -392,8 +427,10 @@ def _turn(y, x, w, out):
     c, s = 1.0 - ww / 8.0, 0.5 - ww / 48.0
     if ww > 1e-6:
         angle = np.sqrt(ww)
-        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle) / angle
-    a, b = y[x], (y[x + 1], y[x + 2], y[x + 3])
+        c = np.cos(0.5 * angle)
+        s = np.sin(0.5 * angle) / angle
+    a = y[x]
+    b = (y[x + 1], y[x + 2], y[x + 3])
     v = (s * w[0], s * w[1], s * w[2])
     e = axpy3(axpy3(cross(b, v), a, v), c, b)
     out[x] = c * a - dot3(b, v)

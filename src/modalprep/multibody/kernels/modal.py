@@ -82,7 +82,8 @@ def _eliminate(modal, model, own, i, c1, c2):
         g = 1.0 / row[8 + a]
         x, y = get_lanes(row, 0), get_lanes(row, 4)
         for b in range(a + 1, n):
-            other, f = Z[b], -g * row[8 + b]
+            other = Z[b]
+            f = -g * row[8 + b]
             add8(other, f, x, y)
             for c in range(8 + (b & -WIDTH), 8 + n, WIDTH):
                 put_lanes(other, c, get_lanes(other, c) + f * get_lanes(row, c))
@@ -95,11 +96,18 @@ def _eliminate(modal, model, own, i, c1, c2):
 def _condense(own, Z, n):
     """Take ``g v v^T`` of all modes off the articulated inertia of a link, and ``g v v[LOAD]`` off its bias."""
     z = four(0.0)
-    M, H, J, P = (z, z, z, z, z, z), (z, z, z, z, z, z, z, z, z), (z, z, z, z, z, z), (z, z, z, z, z, z)
+    M = (z, z, z, z, z, z)
+    H = (z, z, z, z, z, z, z, z, z)
+    J = (z, z, z, z, z, z)
+    P = (z, z, z, z, z, z)
     for b in range(0, n, WIDTH):
         v = heads(Z, b)
-        f, t, load = (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[LOAD] * v[INVERSE]
-        M, H, J = less_outer(M, v[INVERSE], f), less_product(H, v[INVERSE], f, t), less_outer(J, v[INVERSE], t)
+        f = (v[0], v[1], v[2])
+        t = (v[3], v[4], v[5])
+        load = v[LOAD] * v[INVERSE]
+        M = less_outer(M, v[INVERSE], f)
+        H = less_product(H, v[INVERSE], f, t)
+        J = less_outer(J, v[INVERSE], t)
         P = axpy6(P, -1.0 * load, (v[0], v[1], v[2], v[3], v[4], v[5]))
     put6(own.M, add6(get6(own.M), sums6(M)))
     put9(own.H, add9(get9(own.H), sums9(H)))
@@ -138,7 +146,9 @@ def modal_accelerations(modal, model, data, i, udot):
     if model.links[i].slot < 0:
         return
     s, n, u = model.links[i].slot, model.links[i].modes, model.links[i].uq
-    A, Z, qdd = get6(data.links[i].acceleration), modal.Z[s], modal.qdd[s]
+    A = get6(data.links[i].acceleration)
+    Z = modal.Z[s]
+    qdd = modal.qdd[s]
     for a in range(n):
         qdd[a] = -dot6(get6(Z[a]), A) - Z[a, LOAD]
     for a in range(n - 1, -1, -1):  # by columns: a sum over a row would wait for each number in turn
@@ -178,8 +188,11 @@ def _condense_rows(modal, s, n, begin, end, work):
     for a in range(n):
         row = modal.Z[s, a]
         for p in range(begin, end):
-            k, forces, own = work.paths.entries[p].bundle, work.modal[p], work.entries[p]
-            f, free = get_lanes(forces, 4 * a) * row[INVERSE], work.bundles[k].free
+            k = work.paths.entries[p].bundle
+            forces = work.modal[p]
+            own = work.entries[p]
+            f = get_lanes(forces, 4 * a) * row[INVERSE]
+            free = work.bundles[k].free
             for b in range(a + 1, n):
                 put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * row[8 + b])
             put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, get6(row)))
@@ -262,7 +275,10 @@ def hand_to_modes(modal, model, i, force, torque, out):
 def modal_forces(modal, model, data, i, f, out):
     """Write the modal rows of link i's required forces to ``out (nu,)``; returns f with the inertia force of q''."""
     if modal is not None:
-        s, n, u, at = model.links[i].slot, model.links[i].modes, model.links[i].uq, get6(data.links[i].acceleration)
+        s = model.links[i].slot
+        n = model.links[i].modes
+        u = model.links[i].uq
+        at = get6(data.links[i].acceleration)
         if s >= 0:
             for a in range(n):
                 row = modal.Z[s, a]
@@ -286,7 +302,8 @@ def modal_momenta(modal, model, link):
         if s >= 0:
             for a in range(model.links[link].modes):
                 Z, qd = modal.Z[s, a], modal.qd[s, a]
-                linear, angular = axpy3(linear, qd, (Z[0], Z[1], Z[2])), axpy3(angular, qd, (Z[3], Z[4], Z[5]))
+                linear = axpy3(linear, qd, (Z[0], Z[1], Z[2]))
+                angular = axpy3(angular, qd, (Z[3], Z[4], Z[5]))
     return linear, angular
 
 
@@ -295,7 +312,9 @@ def modal_energies(modal, model, link):
     """Return twice the kinetic energy of the modes of a link's body alone, and their strain energy."""
     kinetic, strain = 0.0, 0.0
     if modal is not None:
-        s, k, n = model.links[link].slot, model.links[link].kind, model.links[link].modes
+        s = model.links[link].slot
+        k = model.links[link].kind
+        n = model.links[link].modes
         if s >= 0:
             for a in range(n):
                 Z, q, qd = modal.Z[s, a], modal.q[s, a], modal.qd[s, a]

@@ -51,7 +51,10 @@ def expand(modal, model, i):
 
     modal.affine gets p(q), its rate and, without q'', its acceleration; two more rows are workspace.
     """
-    k, s, n, N = model.links[i].kind, model.links[i].slot, model.links[i].modes, modal.q.shape[1]
+    k = model.links[i].kind
+    s = model.links[i].slot
+    n = model.links[i].modes
+    N = modal.q.shape[1]
     rest_coordinates(modal, model, i)
     for b in range(0, n, WIDTH):
         rest = combined9(modal.integrals.rest[k], modal.eta[0], n, b, N)
@@ -106,13 +109,20 @@ def _as_a_line(modal, k, n, N):
     g, g_slope, g_curve = shortening(tau)
     h, h_slope, h_curve = swing(tau)
     for c in range(12):
-        b, bd, t, td = modal.affine[0, c], modal.affine[1, c], modal.affine[3, c], modal.affine[4, c]
-        along, rate, curve = h_slope * b + g_slope * t, h_slope * bd + g_slope * td, h_curve * b + g_curve * t
+        b = modal.affine[0, c]
+        bd = modal.affine[1, c]
+        t = modal.affine[3, c]
+        td = modal.affine[4, c]
+        along = h_slope * b + g_slope * t
+        rate = h_slope * bd + g_slope * td
+        curve = h_curve * b + g_curve * t
         modal.affine[0, c] = modal.integrals.place[k, c] + h * b + g * t
         modal.affine[1, c] = h * bd + g * td + speed * along
         modal.affine[2, c] = g * modal.affine[2, c] + 2.0 * speed * rate + speed * speed * curve + change * along
         modal.affine[3, c] = along
-    base, strain, along = modal.integrals.base[k], modal.integrals.place[k], modal.affine[3]
+    base = modal.integrals.base[k]
+    strain = modal.integrals.place[k]
+    along = modal.affine[3]
     for b in range(0, n, WIDTH):
         f = four(0.0)
         for c in range(12):
@@ -125,10 +135,13 @@ def _as_a_line(modal, k, n, N):
 @compile_inline
 def mode_moments(modal, model, i, p, b):
     """Return S_a(q) (3) and L_ab(q) (9) of four modes from b on of link i's body, after `expand`, which gave p."""
-    N, root = modal.q.shape[1], modal.integrals.place[model.links[i].kind, 24]
-    d, e = rows12(modal.dp, b, N), rows9(modal.rest, b, N)
-    L = product_transposed((d[0], d[3], d[6], d[1], d[4], d[7], d[2], d[5], d[8]),
-                           (p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8]))  # fmt: skip
+    N = modal.q.shape[1]
+    root = modal.integrals.place[model.links[i].kind, 24]
+    d = rows12(modal.dp, b, N)
+    e = rows9(modal.rest, b, N)
+    L = product_transposed(
+        (d[0], d[3], d[6], d[1], d[4], d[7], d[2], d[5], d[8]), (p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8])
+    )
     x, y, z = d[9], d[10], d[11]
     last = (x * p[9], x * p[10], x * p[11], y * p[9], y * p[10], y * p[11], z * p[9], z * p[10], z * p[11])
     return (root * d[0], root * d[1], root * d[2]), add9(add9(L, last), e)
@@ -158,7 +171,10 @@ def own_inertia(modal, model, data, i):
 @compile_inline
 def own_rigid(own):
     """Write the inertia and bias force of a link's rigid body to its record of the data."""
-    m, s, J, w = own.mass, get3(own.first_moment), get6(own.inertia), get3(own.omega)
+    m = own.mass
+    s = get3(own.first_moment)
+    J = get6(own.inertia)
+    w = get3(own.omega)
     put6(own.M, (m, 0.0, 0.0, m, 0.0, m))
     put9(own.H, (0.0, s[2], -s[1], -s[2], 0.0, s[0], s[1], -s[0], 0.0))
     put6(own.J, J)
@@ -172,10 +188,16 @@ def own_flexible(modal, model, data, i):
     k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
     for b in range(0, n, WIDTH):
         put_lanes(modal.load[s], b, four(0.0))
-    w, m, root, N = get3(data.links[i].omega), data.links[i].mass, modal.integrals.place[k, 24], modal.q.shape[1]
+    w = get3(data.links[i].omega)
+    m = data.links[i].mass
+    root = modal.integrals.place[k, 24]
+    N = modal.q.shape[1]
     expand(modal, model, i)
-    p, rates, second = take12(modal.affine[0], 0), take12(modal.affine[1], 0), take12(modal.affine[2], 0)
-    E, Y = dots9(modal.rest, N, modal.eta[0], n), dots9(modal.rest, N, modal.eta[1], n)
+    p = take12(modal.affine[0], 0)
+    rates = take12(modal.affine[1], 0)
+    second = take12(modal.affine[2], 0)
+    E = dots9(modal.rest, N, modal.eta[0], n)
+    Y = dots9(modal.rest, N, modal.eta[1], n)
     grows = model.links[i].modal_mass == GROWS
     growing = (0.0, 0.0, 0.0)
     if grows:
@@ -187,7 +209,9 @@ def own_flexible(modal, model, data, i):
     K, D = model.modal.diagonal[k, 0], model.modal.diagonal[k, 1]
     ww = dot3(w, w)
     for b in range(0, n, WIDTH):
-        d, e, g = rows12(modal.dp, b, N), rows9(modal.rest, b, N), rows3(modal.gyro, b, N)
+        d = rows12(modal.dp, b, N)
+        e = rows9(modal.rest, b, N)
+        g = rows3(modal.gyro, b, N)
         # w~ w~ = w w^T - w.w, 2 w~_ab P'_ab q' = 2 w_c eps_cab P'_ba q'
         f = w[0] * (w[0] * e[0] + w[1] * e[1] + w[2] * e[2])
         f = f + w[1] * (w[0] * e[3] + w[1] * e[4] + w[2] * e[5])
@@ -213,7 +237,7 @@ def own_flexible(modal, model, data, i):
     put9(
         data.links[i].H,
         (0.0, root * p[2], -root * p[1], -root * p[2], 0.0, root * p[0], root * p[1], -root * p[0], 0.0),
-    )  # fmt: skip
+    )
     put6(data.links[i].J, (E[3] + E[5], -E[1], -E[2], E[0] + E[5], -E[4], E[0] + E[3]))
     put3(data.links[i].force, (root * f0[0], root * f0[1], root * f0[2]))
     put_angular(data.links[i].force, torque)
@@ -235,7 +259,10 @@ def _rest_torque(w, E, Y):
 @compile_inline
 def _own_modal_mass(modal, model, i, N):
     """Write link i's own M_ff to modal.Z: ``d eta^T (1 - B^T B) d eta + dp^T dp``, 1 without geometric stiffness."""
-    k, s, n, Z = model.links[i].kind, model.links[i].slot, model.links[i].modes, modal.Z[model.links[i].slot]
+    k = model.links[i].kind
+    s = model.links[i].slot
+    n = model.links[i].modes
+    Z = modal.Z[model.links[i].slot]
     if model.links[i].modal_mass == UNIT:
         for a in range(n):
             for b in range(a & -WIDTH, n, WIDTH):
@@ -243,7 +270,8 @@ def _own_modal_mass(modal, model, i, N):
             Z[a, 8 + a] = 1.0
         return
     for a in range(n):
-        own, mass = mode12(modal.dp, a, N), modal.integrals.mass[k, a]
+        own = mode12(modal.dp, a, N)
+        mass = modal.integrals.mass[k, a]
         for b in range(a & -WIDTH, n, WIDTH):
             put_lanes(Z[a], 8 + b, get_lanes(mass, b) + dot12(own, rows12(modal.dp, b, N)))
     if model.links[i].modal_mass == GROWS:

@@ -55,8 +55,14 @@ def node_shape(modal, model, p, node, slot):
 
     Returns the displacement and ``psi q`` (8), their rates, and ``-q' Kg q'``: 3 + 3 numbers each.
     """
-    s, n, row = model.links[p].slot, model.links[p].modes, model.links[p].first_interface + node
-    shape, Phi, q, qd, N = model.modal.shape[row], modal.Phi[slot], modal.q[s], modal.qd[s], modal.q.shape[1]
+    s = model.links[p].slot
+    n = model.links[p].modes
+    row = model.links[p].first_interface + node
+    shape = model.modal.shape[row]
+    Phi = modal.Phi[slot]
+    q = modal.q[s]
+    qd = modal.qd[s]
+    N = modal.q.shape[1]
     if model.links[p].modal_mass == UNIT:
         for b in range(0, n, WIDTH):
             put_rows6(Phi, b, N, rows6(shape, b, N))
@@ -75,9 +81,13 @@ def node_shape(modal, model, p, node, slot):
 def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
     """Give the translations of `node_shape` their third and fourth order, by the strain of the arm (body/line.py)."""
     N, Phi = modal.q.shape[1], modal.Phi[slot]
-    linear, speed = take3(dots6(shape, N, modal.q[s], n), 0), take3(dots6(shape, N, modal.qd[s], n), 0)
-    bent, bending = axpy3(take3(moved, 0), -1.0, linear), axpy3(take3(rates, 0), -1.0, speed)
-    tau, rate, change = dot3(arm, bent), dot3(arm, bending), dot3(arm, take3(second, 0))
+    linear = take3(dots6(shape, N, modal.q[s], n), 0)
+    speed = take3(dots6(shape, N, modal.qd[s], n), 0)
+    bent = axpy3(take3(moved, 0), -1.0, linear)
+    bending = axpy3(take3(rates, 0), -1.0, speed)
+    tau = dot3(arm, bent)
+    rate = dot3(arm, bending)
+    change = dot3(arm, take3(second, 0))
     g, g_slope, g_curve = shortening(tau)
     h, h_slope, h_curve = swing(tau)
     along = combined(h_slope, linear, g_slope, bent)
@@ -85,7 +95,8 @@ def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
         first = rows3(shape, b, N)
         across = axpy3(rows3(Phi, b, N), -1.0, first)
         put_rows3(Phi, b, N, axpy3(combined(h, first, g, across), dot3(arm, across), along))
-    u, v = combined(h, linear, g, bent), axpy3(combined(h, speed, g, bending), rate, along)
+    u = combined(h, linear, g, bent)
+    v = axpy3(combined(h, speed, g, bending), rate, along)
     turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
     bulging = combined(rate * rate * h_curve, linear, rate * rate * g_curve, bent)
     b = add3(add3(combined(g, take3(second, 0), change, along), turning), bulging)
@@ -99,7 +110,9 @@ def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
 @compile_inline
 def turn_shape(modal, slot, n, x, s, offset):
     """Turn the rows ``psi(q)`` of modal.Phi to angular velocities and move the point by `offset`."""
-    argument, Phi, N = half_tangent(x), modal.Phi[slot], modal.q.shape[1]
+    argument = half_tangent(x)
+    Phi = modal.Phi[slot]
+    N = modal.q.shape[1]
     for b in range(0, n, WIDTH):
         phi = rows6(Phi, b, N)
         t = cayley_rate(argument, s, half_tangent_rate(x, (phi[3], phi[4], phi[5])))
@@ -117,11 +130,14 @@ def node_motion(modal, model, data, p, node, slot, arm):
     moved, rates, second = node_shape(modal, model, p, node, slot)
     w = get3(data.links[p].omega)
     turn, turning = (moved[3], moved[4], moved[5]), (rates[3], rates[4], rates[5])
-    x, xd = half_tangent(turn), half_tangent_rate(turn, turning)
+    x = half_tangent(turn)
+    xd = half_tangent_rate(turn, turning)
     xdd = half_tangent_rate(turn, (second[3], second[4], second[5]))
     xdd = axpy3(axpy3(xdd, dot3(turn, turning) / 3.0, turning), dot3(turning, turning) / 6.0, turn)
     R, s = cayley(x)
-    r, v, t = add3(arm, (moved[0], moved[1], moved[2])), (rates[0], rates[1], rates[2]), cayley_rate(x, s, xd)
+    r = add3(arm, (moved[0], moved[1], moved[2]))
+    v = (rates[0], rates[1], rates[2])
+    t = cayley_rate(x, s, xd)
     linear = add3(cross(w, axpy3(cross(w, r), 2.0, v)), (second[0], second[1], second[2]))
     angular = add3(cayley_rate(x, s, xdd), cross(w, t))
     return r, R, turn, s, v, t, linear, axpy3(angular, -0.5 * s * dot3(x, xd), t)
@@ -145,7 +161,9 @@ def parent_frame(modal, model, data, i):
     x, s : rotation vector of the node and the s of its Cayley map, for `turn_parent_shape`
     """
     link = model.links[i]
-    turn, arm, w = get9(link.rotation), get3(link.arm), get3(data.links[link.parent].omega)
+    turn = get9(link.rotation)
+    arm = get3(link.arm)
+    w = get3(data.links[link.parent].omega)
     if modal is not None:
         if link.phi >= 0:
             arm, node, x, s, v, t, linear, angular = node_motion(
@@ -172,7 +190,8 @@ def parent_acceleration(modal, model, data, i, whole):
     """
     link = model.links[i]
     A = data.links[link.parent].acceleration
-    linear, angular = get3(A), get_angular(A)
+    linear = get3(A)
+    angular = get_angular(A)
     if link.parent == len(model.links):
         linear = (whole * linear[0], whole * linear[1], whole * linear[2])
     linear = add3(linear, cross(angular, get3(data.links[i].arm)))
@@ -221,7 +240,8 @@ def deflected_acceleration(modal, model, data, link, node, r):
 
 @compile_kernel
 def _deflected_acceleration(model, data, link, node, r):
-    modal, n = data.modal, model.links[link].modes
+    modal = data.modal
+    n = model.links[link].modes
     slot = len(modal.Phi) - 1
     r, _, x, scale, _, _, linear, angular = node_motion(modal, model, data, link, node, slot, r)
     turn_shape(modal, slot, n, x, scale, ZERO3)
@@ -244,7 +264,8 @@ def interface_motion(modal, model, data, link, node, r, shape):
 
 @compile_kernel
 def _interface_motion(model, data, link, node, r, shape):
-    modal, n = data.modal, model.links[link].modes
+    modal = data.modal
+    n = model.links[link].modes
     slot = len(modal.Phi) - 1
     r, turn, x, scale, v, w, linear, angular = node_motion(modal, model, data, link, node, slot, r)
     turn_shape(modal, slot, n, x, scale, ZERO3)
@@ -276,7 +297,9 @@ def load_modes(modal, model, data, link, node, r, force, torque):
 
 @compile_kernel
 def _load_modes(model, data, link, node, r, force, torque):
-    modal, s, n = data.modal, model.links[link].slot, model.links[link].modes
+    modal = data.modal
+    s = model.links[link].slot
+    n = model.links[link].modes
     slot = len(modal.Phi) - 1
     r, _, x, scale, _, _, _, _ = node_motion(modal, model, data, link, node, slot, r)
     turn_shape(modal, slot, n, x, scale, ZERO3)

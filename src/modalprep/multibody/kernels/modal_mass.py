@@ -37,7 +37,10 @@ def apply_slopes(modal, model, i):
 
     `curved` gets ``c q' q'`` and its modal force ``d eta^T M' (c q' q')``.
     """
-    k, s, n, N = model.links[i].kind, model.links[i].slot, model.links[i].modes, modal.q.shape[1]
+    k = model.links[i].kind
+    s = model.links[i].slot
+    n = model.links[i].modes
+    N = modal.q.shape[1]
     torque = (0.0, 0.0, 0.0)
     for a in range(n):
         f = 0.0
@@ -63,7 +66,8 @@ def _through_slopes(modal, rows, count, n, N):
     """Replace so many rows of eta by those of q, ``rows d eta``."""
     for c in range(count):
         for a in range(n):
-            modal.turned[a], rows[c * N + a] = rows[c * N + a], 0.0
+            modal.turned[a] = rows[c * N + a]
+            rows[c * N + a] = 0.0
         for b in range(n):
             f = modal.turned[b]
             for a in range(n):

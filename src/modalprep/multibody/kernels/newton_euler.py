@@ -63,7 +63,9 @@ def _outward(model, data, i, udot):
 @compile_kernel
 def _inward(model, data, i, out):
     """Write the joint's rows of link i, and hand its wrench to its parent."""
-    link, own, f = model.links[i], data.links[i], get6(data.links[i].force)
+    link = model.links[i]
+    own = data.links[i]
+    f = get6(data.links[i].force)
     joint_force(link, f, out)
     if link.parent == len(model.links):
         return

@@ -56,7 +56,8 @@ def table(tables, k, t):
     when = tables.middle[0]
     if when != when:
         when = t
-    piece, last = tables.first[k], tables.first[k + 1] - 1
+    piece = tables.first[k]
+    last = tables.first[k + 1] - 1
     while piece < last:
         mid = (piece + last) // 2
         if tables.until[mid] > when:

@@ -168,7 +168,8 @@ class SegmentedBeam(Record):
 
     def __post_init__(self) -> None:
         """Refuse what makes no beam."""
-        what, both = f"beam {self.name!r}", np.ndim(self.EI) == 1
+        what = f"beam {self.name!r}"
+        both = np.ndim(self.EI) == 1
         if self.GJ is not None and not both:
             raise InputError(f"{what}: GJ twists the beam out of its plane: give EI as two numbers, about y and z")
         if (self.EA is None) != (self.GA is None) or (self.EA is not None and both):
@@ -232,14 +233,18 @@ class SegmentedBeam(Record):
         rest = [0.0] * len(travels) + bend
         kind = "planar" if travels else ("revolute", "universal", "gimbal")[len(turns) - 1]
         return Joint(
-            name="", parent="", child="",
-            type=kind, axis=axes[0], second_axis=None if kind == "revolute" else axes[1],
+            name="",
+            parent="",
+            child="",
+            type=kind,
+            axis=axes[0],
+            second_axis=None if kind == "revolute" else axes[1],
             angle=np.array(bend) if len(bend) > 1 else bend[0],
             elements=tuple(
                 HingeElement(stiffness=c / length, damping=self.damping * (c / length), free_position=free)
                 for c, free in zip(map(float, travels + turns), rest, strict=True)
             ),
-        )  # fmt: skip
+        )
 
     def segment(self) -> dict[str, Any]:
         """Return mass (kg), centre (m), inertia (3, 3) about it (kg m^2) and interfaces of one segment.

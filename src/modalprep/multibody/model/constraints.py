@@ -19,9 +19,18 @@ from modalprep.suggest import refuse_name, refuse_unknown
 from modalprep.vectors import as_rotation, vector
 
 ClosureType = Literal[
-    "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
-    "point_on_plane", "distance", "position",
-]  # fmt: skip
+    "weld",
+    "revolute",
+    "prismatic",
+    "cylindrical",
+    "universal",
+    "spherical",
+    "planar",
+    "point_on_line",
+    "point_on_plane",
+    "distance",
+    "position",
+]
 WITH_FRICTION = ("point_on_line", "point_on_plane")
 WITH_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar")  # which hold a direction of both ends
 

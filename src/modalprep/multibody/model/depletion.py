@@ -86,7 +86,8 @@ class Depletion(Record):
         ----------
         Theory 9.2.
         """
-        levels, m = self.by_mass(body), self.mass(t)[0]
+        levels = self.by_mass(body)
+        m = self.mass(t)[0]
         k = next((k for k in range(1, len(levels)) if m <= levels[k].m), len(levels) - 1)
         return interpolate(levels[k - 1], levels[k], m)
 
@@ -126,7 +127,8 @@ def deplete(full: float, empty: float, rates: float | Sequence[tuple[float, floa
             raise InputError(f"mass flow rate {rate:g} kg/s must not be negative")
         end = min(until, begin + (m - empty) / rate) if rate else until
         pieces.append((end, f"{m!r} - {rate!r}*(t - {begin!r})" if rate else m))
-        m, begin = (m - rate * (end - begin) if rate else m), end
+        m = m - rate * (end - begin) if rate else m
+        begin = end
         if end < until:
             m = empty
             break

@@ -214,7 +214,8 @@ class Stage(Record):
 
     def range(self, deployment: Deployment) -> tuple[float, float]:
         """Return the deployed lengths between which the stage is valid, m; infinite where there is no next stage."""
-        inner, shortest = self.inner(deployment), deployment.free_rod_length
+        inner = self.inner(deployment)
+        shortest = deployment.free_rod_length
         if self.locked:
             return (inner if self.rods > 1 else -np.inf), inner + shortest
         low = -np.inf if deployment.guided and self.rods == 1 else inner + shortest
@@ -248,8 +249,10 @@ def bending_lengths(d: Deployment, rods: int) -> np.ndarray:
     """
     found = np.array([[1.0], [0.0], [0.0]]) * np.ones(max(3, rods - 1))
     found[:, -3:] = [
-        [0.625, FIRST_BEND - STIFF, STIFF], [0.375, -0.75 + STIFF, FIRST_BEND - 0.5 - STIFF], [0.0, -0.5, 0.5]
-    ]  # fmt: skip
+        [0.625, FIRST_BEND - STIFF, STIFF],
+        [0.375, -0.75 + STIFF, FIRST_BEND - 0.5 - STIFF],
+        [0.0, -0.5, 0.5],
+    ]
     return found[:, -(rods - 1) :] * np.array([[d.rod_length], [1.0], [1 / d.rod_length]]) if rods > 1 else found[:, :0]
 
 
@@ -259,9 +262,11 @@ def start_angles(d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
     They carry the moments of a static tip force whose deflection w stays constant when the length changes: the
     curvature at a distance c from the tip is ``3 w c / L^3``.
     """
-    (out, speed), bends = d.start, bending_lengths(d, stage.rods)
+    out, speed = d.start
+    bends = bending_lengths(d, stage.rods)
     r = out - stage.inner(d)
-    bend, slope = np.array([1.0, r, r**2]) @ bends, np.array([0.0, 1.0, 2 * r]) @ bends
+    bend = np.array([1.0, r, r**2]) @ bends
+    slope = np.array([0.0, 1.0, 2 * r]) @ bends
     if not d.deflection or not out > 0:
         return 0 * bend, 0 * bend
     curvature = 3 * d.deflection * d.rod_length * np.arange(1, stage.rods) / out**3

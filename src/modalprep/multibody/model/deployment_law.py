@@ -75,11 +75,13 @@ def samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:
     InputError
         When it is not between zero and the total length.
     """
-    t, begin = np.linspace(0.0, t_end, SAMPLES + 1), 0.0
+    t = np.linspace(0.0, t_end, SAMPLES + 1)
+    begin = 0.0
     length = np.zeros_like(t)
     for piece in _law(d).pieces:
         here = t >= begin
-        length[here], begin = piece.evaluate(t[here])[0], piece.until
+        length[here] = piece.evaluate(t[here])[0]
+        begin = piece.until
     length[t >= d.stop_time] = _law(d)(min(d.stop_time, t_end))[0]
     wrong = ~((length >= -EXACT * d.rod_length) & (length <= d.length + EXACT * d.rod_length))
     if np.any(wrong):
@@ -108,7 +110,8 @@ def next_exit(d: Deployment, k: int, bounds: tuple[float, float], t: float, samp
         return Change(FOREVER, k, "")
     i = after[0]
     what, bound = (OUT, bounds[1]) if length[i] > bounds[1] else (IN, bounds[0])
-    a, b = max(t, times[i - 1]), times[i]
+    a = max(t, times[i - 1])
+    b = times[i]
     sides = [_law(d)(s)[0] - bound for s in (a, b)]
     if sides[0] * sides[1] >= 0:
         return Change(float(a), k, what)

@@ -113,5 +113,6 @@ def idle_closures(system: System, events: Sequence[Event]) -> tuple[str, ...]:
     used = {name for event in events for name in (*event.activates, *event.impacts)}
     return tuple(
         f"{closure.name!r} has no effect: it is inactive, and no event activates it"
-        for closure in system.closures if not closure.active and closure.name not in used
-    )  # fmt: skip
+        for closure in system.closures
+        if not closure.active and closure.name not in used
+    )

@@ -58,7 +58,8 @@ class Water(Record):
         """Check the constants, normalise the direction up."""
         if not 0 < self.density < float("inf"):
             raise InputError(f"water: density = {self.density:g} must be positive")
-        depths, current = np.atleast_1d(np.asarray(self.depths, dtype=float)), np.atleast_2d(self.current).astype(float)
+        depths = np.atleast_1d(np.asarray(self.depths, dtype=float))
+        current = np.atleast_2d(self.current).astype(float)
         if current.shape != (len(depths), 3) or not np.all(np.diff(depths) > 0):
             raise InputError(
                 f"water: {len(depths)} depths and a current of shape {current.shape}; give growing depths and three "

@@ -19,16 +19,20 @@ from modalprep.multibody.model.joint_types import (
     SPEEDS,
     TRANSLATIONS,
     JointType,
-)  # fmt: skip
+)
 from modalprep.multibody.model.time_function import TimeFunction, motions
 from modalprep.records import CHANGED, Record, given, optional, start
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import as_rotation, vector
 
 STARTS = {
-    "angle": ROTATIONS, "rate": ROTATIONS, "displacement": TRANSLATIONS, "speed": TRANSLATIONS,
-    "velocity": {"free": 3}, "angular_velocity": {"free": 3, "spherical": 3},
-}  # fmt: skip
+    "angle": ROTATIONS,
+    "rate": ROTATIONS,
+    "displacement": TRANSLATIONS,
+    "speed": TRANSLATIONS,
+    "velocity": {"free": 3},
+    "angular_velocity": {"free": 3, "spherical": 3},
+}
 VECTORS = ("velocity", "angular_velocity")
 
 

@@ -250,9 +250,7 @@ class Callback(Record):
     laws: tuple[str, ...] = ()
 
 
-Load = (
-    PointForce | DistributedForce | TwoEnded | CentralGravity | Conductor | ExpelledGas | ImmersedRod | Callback
-)  # fmt: skip
+Load = PointForce | DistributedForce | TwoEnded | CentralGravity | Conductor | ExpelledGas | ImmersedRod | Callback
 
 
 def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[str, int] | None:

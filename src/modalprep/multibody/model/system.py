@@ -93,7 +93,8 @@ class System(Record):
 
     def __repr__(self) -> str:
         """Numbers of bodies, joints, loads and closures, and the number of modes."""
-        bodies, modes = len(self.bodies), sum(body.n for body in self.bodies.values())
+        bodies = len(self.bodies)
+        modes = sum(body.n for body in self.bodies.values())
         parts = [f"{bodies} bod{'y' if bodies == 1 else 'ies'} with {modes} mode{'s' * (modes != 1)}"]
         named = {"joint": self.joints, "load": self.loads, "closure": self.closures, "depletion": self.depletions}
         parts += [f"{len(values)} {name}{'s' * (len(values) != 1)}" for name, values in named.items() if values]
@@ -266,10 +267,12 @@ class System(Record):
     @cached_property
     def order(self) -> tuple[str, ...]:
         """Bodies with every parent before its children."""
-        number, children = {name: i for i, name in enumerate(self.bodies)}, {}
+        number = {name: i for i, name in enumerate(self.bodies)}
+        children = {}
         for name, joint in self._carriers.items():
             children.setdefault((self.parent(joint) or (None,))[0], []).append(name)
-        placed, level = {}, children.get(None, [])
+        placed = {}
+        level = children.get(None, [])
         while level:
             level = sorted(level, key=number.__getitem__)
             placed |= dict.fromkeys(level)

@@ -316,7 +316,8 @@ def _piece(until: float, what: Any) -> Piece:
     if _is_table(what):
         from modalprep.multibody.model.functions.curves import knots
 
-        first, second = what.derivative(), what.derivative(2)
+        first = what.derivative()
+        second = what.derivative(2)
         return Piece(until, lambda t: np.array([what(t), first(t), second(t)]), knots(what), "a table", what)
     if isinstance(what, str):
         return Piece(until, expression(what), None, f"function of time {what!r}", what)

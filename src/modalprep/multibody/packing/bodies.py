@@ -23,7 +23,8 @@ def rigid_constants(bodies: Sequence[FlexibleBody], align: np.ndarray) -> tuple[
     (n,), (n, 3), (n, 6)
         Mass (kg), first moment (kg m) and moment of inertia (kg m^2; xx, xy, xz, yy, yz, zz) of each.
     """
-    back, E0 = align.swapaxes(1, 2), np.array([body.E0 for body in bodies])
+    back = align.swapaxes(1, 2)
+    E0 = np.array([body.E0 for body in bodies])
     J = back @ (np.trace(E0, axis1=1, axis2=2)[:, None, None] * np.eye(3) - E0) @ align
     s0 = back @ np.array([body.s0 for body in bodies])[:, :, None]
     return np.array([body.m for body in bodies]), s0[:, :, 0], J[:, UPPER[0], UPPER[1]]
@@ -67,7 +68,8 @@ class Bodies:
         """Return the constants of the flexible bodies."""
         if not self.flexible:
             return None
-        N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
+        N = max(body.n for body, _ in self.flexible)
+        kinds = len(self.flexible)
         N += -N % WIDTH
         first = {kind: node for node, kind in self.found.values()}
         grows = N if any(body.T is not None for body, _ in self.flexible) else 0
@@ -87,13 +89,18 @@ class Bodies:
 
 def _modes(body: FlexibleBody, Q: np.ndarray, N: int) -> tuple[np.ndarray, ...]:
     """Return the arrays of `Integrals` and `Modal` of one body, its axes turned by Q, with rows of N; see there."""
-    n, part = body.n, affine_part(body)
+    n = body.n
+    part = affine_part(body)
     base, by_q = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.first, part.second))
     rest = np.einsum("abij,ac,bd->jcdi", part.rest, Q, Q)
     gyro = np.einsum("cab,jbai->jci", EPSILON, rest)
-    node = [np.concatenate([Q.T @ x, Q.T @ y], axis=-2) for x, y in (
-        (body.phi, body.psi), (body.Kg_F.transpose(0, 3, 1, 2), body.Kg_T.transpose(0, 3, 1, 2)),
-    )]  # fmt: skip
+    node = [
+        np.concatenate([Q.T @ x, Q.T @ y], axis=-2)
+        for x, y in (
+            (body.phi, body.psi),
+            (body.Kg_F.transpose(0, 3, 1, 2), body.Kg_T.transpose(0, 3, 1, 2)),
+        )
+    ]
     return (
         np.concatenate([(part.place.T @ Q).ravel(), (part.strain.T @ Q).ravel(), [part.root_mass]]),
         _filled(base, N),

@@ -85,7 +85,8 @@ class Closing:
 
 
 ZERO = np.zeros(3)
-DISPLACEMENTS, ROTATIONS = {"x": 0, "y": 1, "z": 2}, {"x": (2, 1), "y": (2, 0), "z": (0, 1)}
+DISPLACEMENTS = {"x": 0, "y": 1, "z": 2}
+ROTATIONS = {"x": (2, 1), "y": (2, 0), "z": (0, 1)}
 # what each type holds fast: displacements and turns in the frame whose z is the axis
 HOLDS = {
     "weld": ("xyz", "xyz"),
@@ -120,13 +121,18 @@ def pack_constraints(system: System, packed: Packed, t_end: float, shortest_even
     numbers = iter(range(len(functions)))
     size = _size(system)
     mass = sum(body.m for body in system.bodies.values())
-    packed_rows, value, unit, floor = blank(ROW, len(conditions)), *np.zeros((3, len(conditions)))
+    packed_rows = blank(ROW, len(conditions))
+    value, unit, floor = np.zeros((3, len(conditions)))
     for i, row in enumerate(conditions):
-        at, length = packed_rows[i], row.kind in (POINT, DISTANCE)
-        at["kind"], at["a"], at["b"] = row.kind, 2 * row.closure, 2 * row.closure + 1
+        at = packed_rows[i]
+        length = row.kind in (POINT, DISTANCE)
+        at["kind"] = row.kind
+        at["a"] = 2 * row.closure
+        at["b"] = 2 * row.closure + 1
         at["table"] = -1 if row.function is None else next(numbers)
         at["in_a"], at["in_b"], at["stiffness"] = row.in_a, row.in_b, np.inf
-        value[i], unit[i] = row.value, 1 / size if length else 1.0
+        value[i] = row.value
+        unit[i] = 1 / size if length else 1.0
         floor[i] = {COUPLER: 0.0}.get(row.kind, IMMOBILE / mass * (1.0 if length else size**-2))
         if row.kind == SLIP:
             at["friction"], at["sliding"] = row.friction
@@ -160,8 +166,11 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
 
 def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
     modal = packed.model.modal
-    nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[2]
-    m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
+    nu = packed.nu
+    N = 0 if modal is None else modal.diagonal.shape[2]
+    m = len(arrays.rows)
+    ne = len(arrays.ends)
+    paths = row_paths(arrays, packed)
     nb = len(paths.bundles)
     unit = np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0)
     return Work(
@@ -204,7 +213,8 @@ def _ends_at_rest(arrays: Constraints) -> np.ndarray:
     """Return what is written of the ends, those on the ground at their places."""
     found = blank(END_DATA, len(arrays.ends))
     ground = arrays.ends["link"] < 0
-    found.position[ground], found.rotation[ground] = arrays.ends["position"][ground], np.eye(3).ravel()
+    found.position[ground] = arrays.ends["position"][ground]
+    found.rotation[ground] = np.eye(3).ravel()
     return found
 
 
@@ -220,7 +230,8 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
             for axis, path in zip(np.eye(3), closure.path, strict=True)
             if path is not None
         ]
-    frame, (moves, turns) = turn_to(closure.axis), HOLDS[closure.type]
+    frame = turn_to(closure.axis)
+    moves, turns = HOLDS[closure.type]
     rows = [_point(k, closure, frame[:, DISPLACEMENTS[c]], None) for c in moves]
     if closure.friction_coefficient:
         along = [frame[:, c] for c in range(3) if "xyz"[c] not in moves]
@@ -253,7 +264,8 @@ def _vector(axis: np.ndarray) -> str:
 
 def _ends(system: System, packed: Packed, closure: Closure | Coupler) -> list[tuple]:
     """Return the ends of a closure as records END; those of a coupler are not read."""
-    unit, places = np.eye(3).ravel(), [None, None]
+    unit = np.eye(3).ravel()
+    places = [None, None]
     if not isinstance(closure, Coupler):
         places = [locate(system.bodies, end, closure.name) for end in (closure.a, closure.b)]
     position = np.zeros(3) if isinstance(closure, Coupler) else closure.position
@@ -267,7 +279,8 @@ def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler)
     for text, factor in closure.factors.items():
         joint, k = coordinate_of(text, system.coordinate_counts, closure.name)
         moving = [i for i in packed.links_of(joint) if packed.types[i] in (REVOLUTE, SLIDING, PRESCRIBED)]
-        at, free = packed.model.links[moving[k]], packed.types[moving[k]] != PRESCRIBED
+        at = packed.model.links[moving[k]]
+        free = packed.types[moving[k]] != PRESCRIBED
         found.append((row, moving[k], at["x"] if free else -1, at["u"] if free else -1, float(factor)))
     return found
 

@@ -53,7 +53,8 @@ def no_reels() -> Reels:
 def _place(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:
     """Return the first five fields of a reel."""
     slider = packed.links_of(d.name)[0]
-    row, driven = packed.model.links[slider], packed.types[slider] == PRESCRIBED
+    row = packed.model.links[slider]
+    driven = packed.types[slider] == PRESCRIBED
     found = locate(system.bodies, d.parent, f"deployment {d.name!r}")
     base = (packed.link_of(found[0]), found[1]) if found else (-1, 0)
     coordinate, speed = (-1, -1) if driven else (int(row["x"]), packed.nx + int(row["u"]))

@@ -17,9 +17,16 @@ from modalprep.multibody.model.joint import Joint
 Made = TypeVar("Made")
 Place = int | tuple[int, int]  # in the state (nx + nu,), or of a prescribed hinge in the motion (nl, 3)
 OF_TREE = (
-    "patterns", "softest", "flexible", "linear", "types", "columns", "_link_of_body", "_links_of_joint",
+    "patterns",
+    "softest",
+    "flexible",
+    "linear",
+    "types",
+    "columns",
+    "_link_of_body",
+    "_links_of_joint",
     "_places_of_joint",
-)  # fmt: skip
+)
 MOST_PATTERNS = 64  # of one tree: systems that share it may differ in their springs, each of which has its own
 
 
@@ -95,7 +102,8 @@ class Packed:
     @cached_property
     def linear(self) -> np.ndarray:
         """Stiffness and damping of all speeds (2, nu), those of modes; zero at joints."""
-        found, kinds = np.zeros((2, self.nu)), self.model.links["kind"]
+        found = np.zeros((2, self.nu))
+        kinds = self.model.links["kind"]
         for i, _, own in self.flexible:
             found[:, own] = self.model.modal.diagonal[kinds[i], :, : own.stop - own.start]
         return found

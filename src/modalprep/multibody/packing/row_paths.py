@@ -43,7 +43,8 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     groups, bundles = (
         np.zeros(len(each), kind).view(np.recarray) for each, kind in ((members, GROUP), (bundled, BUNDLE))
     )
-    groups.bundle, lane = -1, np.zeros(len(arrays.rows), dtype=np.int64)
+    groups.bundle = -1
+    lane = np.zeros(len(arrays.rows), dtype=np.int64)
     for b, own in enumerate(bundled):
         for k in own:
             count = bundles[b].count
@@ -69,16 +70,19 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
     """Return the groups of each bundle: one joins the last bundle where there is room, and a link that both act on."""
     found: list[list[int]] = []
-    room, links = 0, set()
+    room = 0
+    links = set()
     for k, path in enumerate(paths):
         if not path:
             continue
         alone = arrays.rows[members[k][0]].kind == COUPLER
         if alone or len(members[k]) > room or links.isdisjoint(path):
             found.append([])
-            room, links = WIDTH, set()
+            room = WIDTH
+            links = set()
         found[-1].append(k)
-        room, links = (0 if alone else room - len(members[k])), links | set(path)
+        room = 0 if alone else room - len(members[k])
+        links = links | set(path)
     return found
 
 
@@ -92,8 +96,11 @@ def _planar(arrays: Constraints, links, passed: list[int], moving: list[bool]) -
     """Return whether all moving rows hold points in a plane, in which the links that they act on move about hinges."""
     if not passed or links["modes"][passed].any() or (links["joint"][passed] != REVOLUTE).any():
         return False
-    turns, roots = links["rotation"][passed].reshape(-1, 3, 3), links["parent"][passed] >= len(links)
-    z, normals, inner = np.array([0, 0, 1.0]), turns[roots] @ [0, 0, 1.0], turns[~roots]
+    turns = links["rotation"][passed].reshape(-1, 3, 3)
+    roots = links["parent"][passed] >= len(links)
+    z = np.array([0, 0, 1.0])
+    normals = turns[roots] @ [0, 0, 1.0]
+    inner = turns[~roots]
     tilts = inner @ z - z, z @ inner - z, normals - normals[0]
     tilts += (np.array([_normal_part(arrays, links, normals[0], i) for i in np.flatnonzero(moving)]),)
     return all((np.abs(tilt) < PARALLEL).all() for tilt in tilts)
@@ -110,10 +117,12 @@ def _normal_part(arrays: Constraints, links, normal: np.ndarray, i: int) -> floa
 
 def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], entry: dict) -> None:
     """Write what a group is, after its bundle and lane."""
-    row, count = arrays.rows[members[0]], len(members)
+    row = arrays.rows[members[0]]
+    count = len(members)
     group.kind, group.a, group.b, group.count = row.kind, row.a, row.b, count
     group.rows[:count] = members
-    group.grounded, group.turning = arrays.ends[row.a].link < 0, row.kind in (ANGLE, ABOUT)
+    group.grounded = arrays.ends[row.a].link < 0
+    group.turning = row.kind in (ANGLE, ABOUT)
     group.link_a, group.link_b = arrays.ends["link"][[row.a, row.b]]
     group.timed = (arrays.rows["table"][members] >= 0).any()
     lanes = slice(group.lane, group.lane + count)
@@ -141,7 +150,8 @@ def _entries(
     found = []
     for link, same in groupby(entry, lambda key: key[0]):  # the order in which they hand on
         bundles = [k for _, k in same]
-        begin, end = len(found), len(found) + len(bundles)
+        begin = len(found)
+        end = len(found) + len(bundles)
         for k in bundles:
             up = entry.get((parent[link], k), -1)
             found.append((k, link, begin, end, 0, speeds[link], up, up in reached, factors[len(found)]))
@@ -163,7 +173,8 @@ def _groups(arrays: Constraints, moving: list[bool]) -> list[list[int]]:
 
 def _path(arrays: Constraints, parent: list[int], i: int) -> list[int]:
     """Return the links between the ground and what row i acts on."""
-    row, found = arrays.rows[i], set()
+    row = arrays.rows[i]
+    found = set()
     begins = [arrays.ends[row.a].link, arrays.ends[row.b].link]
     if row.kind == COUPLER:
         begins = arrays.terms["link"][(arrays.terms["row"] == i) & (arrays.terms["x"] >= 0)]

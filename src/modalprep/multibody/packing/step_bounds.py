@@ -30,7 +30,8 @@ def step_bounds(all_tables: Sequence[Tables], t_end: float, further: Sequence[np
     Between the times of a cell a function is a polynomial of degree five to `NEGLIGIBLE`, which a step of that length
     cannot miss. Tables of points end a step at each point that is no part of such a cell.
     """
-    edges, ends = list(further), [np.zeros(0)]
+    edges = list(further)
+    ends = [np.zeros(0)]
     for tables in all_tables:
         for first, last in zip(tables.first[:-1], tables.first[1:], strict=True):
             found, kinks = _of_function(tables, int(first), int(last))
@@ -44,7 +45,9 @@ def smooth_cells(t: np.ndarray, f: np.ndarray, tolerance: float, every: int = 1)
 
     The whole is halved until each part, or a single interval, is smooth.
     """
-    begin, end, found = np.array([0]), np.array([(len(t) - 1) // every]), [np.array([0])]
+    begin = np.array([0])
+    end = np.array([(len(t) - 1) // every])
+    found = [np.array([0])]
     while len(begin):
         fits = _fit(t, f, begin * every, end * every, tolerance) | (end - begin == 1)
         found.append(end[fits])
@@ -78,7 +81,8 @@ def _miss(
     t: np.ndarray, f: np.ndarray, x: np.ndarray, divided: np.ndarray, sample: np.ndarray, part: np.ndarray
 ) -> np.ndarray:
     """Return how far the polynomials of parts miss samples; both are numbers, of one shape together."""
-    at, value = t[sample], divided[part, NODES - 1]
+    at = t[sample]
+    value = divided[part, NODES - 1]
     for k in range(NODES - 2, -1, -1):
         value = value * (at - x[part, k]) + divided[part, k]
     return np.abs(value - f[sample])
@@ -106,7 +110,8 @@ def _of_function(tables: Tables, first: int, last: int) -> tuple[np.ndarray, np.
 def _samples(knots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return times and values at the knots of a piece and between them."""
     there = np.diff(knots[:, 0]) > 0
-    left, right = knots[:-1][there].T[:, :, None], knots[1:][there].T[:, :, None]
+    left = knots[:-1][there].T[:, :, None]
+    right = knots[1:][there].T[:, :, None]
     t = left[0] + (right[0] - left[0]) * np.arange(FINE) / FINE
     value = getattr(quintic, "py_func", quintic)(left, right, t)[0]
     return np.append(t, knots[-1, 0]), np.append(value, knots[-1, 1])

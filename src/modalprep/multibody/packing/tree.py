@@ -34,8 +34,20 @@ from modalprep.multibody.packing.packed import Link, Packed
 
 Z = np.array([0, 0, 1.0])
 TOPOLOGY = (
-    "parent", "interface", "joint", "along", "about", "modes", "x", "u", "xq", "uq", "slot", "body", "phi",
-)  # fmt: skip
+    "parent",
+    "interface",
+    "joint",
+    "along",
+    "about",
+    "modes",
+    "x",
+    "u",
+    "xq",
+    "uq",
+    "slot",
+    "body",
+    "phi",
+)
 
 
 PACKED: WeakKeyDictionary[System, Packed] = WeakKeyDictionary()  # systems do not change, nor what is packed of them
@@ -123,7 +135,8 @@ def hinges(joint: Joint) -> list[Hinge]:
     motions = JOINT_TYPES[joint.type].motions
     if not motions:
         return [Hinge({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], Z)]
-    found, axes = [], joint.axes if len(motions) > 1 else (joint.axis,)
+    found = []
+    axes = joint.axes if len(motions) > 1 else (joint.axis,)
     for motion, axis in motions:
         along, about = {TRAVEL: (1.0, 0.0), TURN: (0.0, 1.0), SCREW: (joint.pitch / (2 * np.pi), 1.0)}[motion]
         kind = PRESCRIBED if joint.motion is not None else REVOLUTE if motion == TURN else SLIDING
@@ -143,8 +156,12 @@ def turn_to(axis: np.ndarray) -> np.ndarray:
     opposite = z < -1 + 1e-12
     f = 1 / np.where(opposite, 1.0, 1 + z)
     found = np.empty((*z.shape, 3, 3))
-    found[..., 0, 0], found[..., 0, 1], found[..., 0, 2] = 1 - f * x * x, -f * x * y, x
-    found[..., 1, 0], found[..., 1, 1], found[..., 1, 2] = -f * x * y, 1 - f * y * y, y
+    found[..., 0, 0] = 1 - f * x * x
+    found[..., 0, 1] = -f * x * y
+    found[..., 0, 2] = x
+    found[..., 1, 0] = -f * x * y
+    found[..., 1, 1] = 1 - f * y * y
+    found[..., 1, 2] = y
     found[..., 2, 0], found[..., 2, 1], found[..., 2, 2] = -x, -y, z
     found[opposite] = np.diag([1.0, -1.0, -1.0])
     return found
@@ -164,8 +181,10 @@ def _links(system: System) -> tuple[tuple[Link, ...], list[Hinge]]:
 
 def _frames(links: tuple[Link, ...], rows: np.ndarray, motions: list[Hinge]) -> np.ndarray:
     """Return the links' frames at zero in those of their parents' bodies (nl, 3, 3), and write `align`."""
-    axes, rotation = np.array([hinge.axis for hinge in motions]), np.array([link.joint.rotation for link in links])
-    last, kind = _column(link.body is not None for link in links), rows["joint"]
+    axes = np.array([hinge.axis for hinge in motions])
+    rotation = np.array([link.joint.rotation for link in links])
+    last = _column(link.body is not None for link in links)
+    kind = rows["joint"]
     along_z = turn_to(np.where(last[:, None], (rotation.swapaxes(1, 2) @ axes[:, :, None])[:, :, 0], axes))
     has_axis = (rows["along"] != 0) | (rows["about"] != 0)
     align = np.where((last & has_axis)[:, None, None], along_z, np.eye(3))
@@ -177,9 +196,11 @@ def _frames(links: tuple[Link, ...], rows: np.ndarray, motions: list[Hinge]) -> 
 
 def _place(system: System, links: tuple[Link, ...], rows: np.ndarray, start: np.ndarray) -> None:
     """Write where each link's frame is in that of its parent."""
-    parent, inner = rows["parent"], _column(link.hinge > 0 for link in links)
+    parent = rows["parent"]
+    inner = _column(link.hinge > 0 for link in links)
     outer = np.flatnonzero(~inner & (parent < len(links)))
-    turn, arm = start.copy(), np.array([link.joint.position for link in links])
+    turn = start.copy()
+    arm = np.array([link.joint.position for link in links])
     arm[rows["joint"] == FREE] = 0.0
     arm[inner] = 0.0
     turn[inner] = start[parent[inner]].swapaxes(1, 2) @ start[inner]
@@ -187,8 +208,10 @@ def _place(system: System, links: tuple[Link, ...], rows: np.ndarray, start: np.
         ends = zip(parent[outer].tolist(), rows["interface"][outer].tolist(), strict=True)
         places = np.array([system.bodies[links[i].body].interface_position[k] for i, k in ends])
         to_link = rows["align"][parent[outer]].reshape(-1, 3, 3).swapaxes(1, 2)
-        turn[outer], arm[outer] = to_link @ start[outer], (to_link @ places[:, :, None])[:, :, 0]
-    rows["rotation"], rows["arm"] = turn.reshape(-1, 9), arm
+        turn[outer] = to_link @ start[outer]
+        arm[outer] = (to_link @ places[:, :, None])[:, :, 0]
+    rows["rotation"] = turn.reshape(-1, 9)
+    rows["arm"] = arm
 
 
 def _column(values: Iterable[bool]) -> np.ndarray:
@@ -199,20 +222,44 @@ def _topology(system: System, links: tuple[Link, ...], motions: list[Hinge]) -> 
     """Return the links (nl,) with their parents, motions and places in the state."""
     carrier = {link.body: i for i, link in enumerate(links) if link.body}
     number = {name: i for i, name in enumerate(system.order)}
-    found, x, u, slot, phi = [], 0, 0, 0, 0
+    found = []
+    x = 0
+    u = 0
+    slot = 0
+    phi = 0
     for i, (link, hinge) in enumerate(zip(links, motions, strict=True)):
         body = system.bodies[link.body] if link.body else None
-        modes, xq, uq = body.n if body else 0, x + COORDINATES[hinge.kind], u + SPEEDS[hinge.kind]
-        parent, interface, flexible = i - 1, 0, False
+        modes = body.n if body else 0
+        xq = x + COORDINATES[hinge.kind]
+        uq = u + SPEEDS[hinge.kind]
+        parent = i - 1
+        interface = 0
+        flexible = False
         if link.hinge == 0:
             end = system.parent(link.joint)
             parent, interface = (carrier[end[0]], end[1]) if end else (len(links), 0)
             flexible = bool(end and system.bodies[end[0]].n)
-        found.append((
-            parent, interface, hinge.kind, hinge.along, hinge.about, modes, x, u, xq, uq, slot if modes else -1,
-            number[link.body] if body else -1, phi if flexible else -1,
-        ))  # fmt: skip
-        slot, phi, x, u = slot + (modes > 0), phi + flexible, xq + modes, uq + modes
+        found.append(
+            (
+                parent,
+                interface,
+                hinge.kind,
+                hinge.along,
+                hinge.about,
+                modes,
+                x,
+                u,
+                xq,
+                uq,
+                slot if modes else -1,
+                number[link.body] if body else -1,
+                phi if flexible else -1,
+            )
+        )
+        slot = slot + (modes > 0)
+        phi = phi + flexible
+        x = xq + modes
+        u = uq + modes
     rows = np.zeros(len(links), LINK)
     for name, column in zip(TOPOLOGY, zip(*found, strict=True), strict=True):
         rows[name] = column
@@ -224,7 +271,8 @@ def _topology(system: System, links: tuple[Link, ...], motions: list[Hinge]) -> 
 
 def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> Bodies:
     """Write the masses of the links, and return the distinct bodies."""
-    bodies, depleted = Bodies(), {each.body for each in system.depletions}
+    bodies = Bodies()
+    depleted = {each.body for each in system.depletions}
     rows["kind"] = rows["first_interface"] = -1
     carriers = np.array([i for i, link in enumerate(links) if link.body])
     aligns = rows["align"][carriers].reshape(-1, 3, 3)

@@ -40,7 +40,8 @@ def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -
     """
     found, mass, integrals = [], [], []
     for depletion, number in zip(system.depletions, tables, strict=True):
-        levels, link = depletion.by_mass(system.bodies[depletion.body]), packed.link_of(depletion.body)
+        levels = depletion.by_mass(system.bodies[depletion.body])
+        link = packed.link_of(depletion.body)
         _refuse_outside(depletion, levels, t_end)
         own = [_integrals(level, packed.align(link)) for level in levels]
         found.append((link, number, len(mass), len(levels), len(own[0])))

@@ -71,7 +71,8 @@ class _End:
 
     def fixed(self, e: np.ndarray) -> _Vector:
         """Return a vector fixed in the end's axes."""
-        v, w = self.R @ e, self.w
+        v = self.R @ e
+        w = self.w
         return _Vector(v, cross(w, v), -skew(v) @ self.Jw, cross(self.cw, v) + cross(w, cross(w, v)))
 
 
@@ -81,7 +82,8 @@ def dense_constraints(
     """Return all rows of the closures at a state; arguments as `dense.link_states`."""
     bodies = body_states(system, packed, y, motion)
     states = {packed.link_of(name): s for name, s in zip(system.order, bodies, strict=True)}
-    arrays, found = loops.arrays, []
+    arrays = loops.arrays
+    found = []
     ends = [_end(states.get(int(end["link"])), end, system, packed.nu) for end in arrays.ends]
     for i, row in enumerate(loops.closing.rows):
         if row.kind == COUPLER:
@@ -98,7 +100,9 @@ def dense_constraints(
 
 def _end(s: BodyState | None, end: np.void, system: System, nu: int) -> _End:
     if s is None:
-        none, w, p = np.zeros((3, nu)), ground_spin(system), end["position"]
+        none = np.zeros((3, nu))
+        w = ground_spin(system)
+        p = end["position"]
         origin = _Vector(p, cross(w, p), none, cross(w, cross(w, p)) - system.gravity)
         return _End(origin, end["rotation"].reshape(3, 3), w, none, np.zeros(3))
     frame, J, c = interface_point(s, int(end["interface"]))
@@ -126,7 +130,8 @@ def _coupler(loops: Loops, i: int, packed: Packed, y: np.ndarray, motion: np.nda
     G = np.zeros(packed.nu)
     for row, link, x, u, factor in loops.arrays.terms:
         if row == i and x >= 0:
-            phi, rate = phi + factor * y[x], rate + factor * y[packed.nx + u]
+            phi = phi + factor * y[x]
+            rate = rate + factor * y[packed.nx + u]
             G[u] += factor
         elif row == i:
             phi, rate, bias = (p + factor * m for p, m in zip((phi, rate, bias), motion[link], strict=True))
@@ -146,7 +151,8 @@ def closed_accelerations(
     multiplier : (m,)
     """
     M, f, rows = _equations(system, loops, y, motion, t, alpha, beta)
-    holds, frictional = loops.holding, np.array([row.kind == SLIP for row in loops.closing.rows])
+    holds = loops.holding
+    frictional = np.array([row.kind == SLIP for row in loops.closing.rows])
     multiplier = np.zeros(len(rows.bias))
     for _ in range(MOST_FRICTION_STEPS):
         before = multiplier.copy()
@@ -173,8 +179,10 @@ def _saddle(M: np.ndarray, f: np.ndarray, G: np.ndarray, bias: np.ndarray) -> tu
 def _friction(loops: Loops, i: int, rate: np.ndarray, multiplier: np.ndarray) -> float:
     """Coulomb friction in row i by the other rows of its closure."""
     closure = loops.closing.rows[i].closure
-    slide, normal = loops.closing.sliding(closure), loops.closing.normal(closure)
-    speed, (mu, sliding) = np.linalg.norm(rate[slide]), loops.closing.rows[i].friction
+    slide = loops.closing.sliding(closure)
+    normal = loops.closing.normal(closure)
+    speed = np.linalg.norm(rate[slide])
+    mu, sliding = loops.closing.rows[i].friction
     return -mu * np.linalg.norm(multiplier[normal]) * np.tanh(speed / sliding) * rate[i] / max(speed, 1e-300)
 
 
@@ -206,8 +214,10 @@ def null_space(G: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Q, T, order = scipy.linalg.qr(G, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(T))
     rank = int(np.sum(sizes > DEPENDENT * sizes.max(initial=0.0)))
-    dependent, independent = order[:rank], order[rank:]
-    R, s = np.zeros((n, n - rank)), np.zeros(n)
+    dependent = order[:rank]
+    independent = order[rank:]
+    R = np.zeros((n, n - rank))
+    s = np.zeros(n)
     R[independent, np.arange(n - rank)] = 1.0
     R[dependent] = -np.linalg.solve(T[:rank, :rank], T[:rank, rank:])
     s[dependent] = np.linalg.solve(T[:rank, :rank], (Q.T @ b)[:rank])

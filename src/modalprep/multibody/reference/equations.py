@@ -47,7 +47,9 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     (12.0, 0.0)
     """
     part = affine_part(body)
-    at, w, spin = deflected(part, q), V[3:], skew(V[3:])
+    at = deflected(part, q)
+    w = V[3:]
+    spin = skew(V[3:])
     rates = at.d_eta @ qd
     rest, W2 = part.rest @ at.eta, spin @ spin
     E, Y = rest @ at.eta, rest @ rates
@@ -74,11 +76,13 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
     u, translation, third = _translation(body, k, q, qd)
     v = body.psi[k] @ q - 0.5 * (body.Kg_T[k] @ q) @ q
     r = body.interface_position[k] + u
-    x, slope = (1 + v @ v / 12) * v, (1 + v @ v / 12) * np.eye(3) + np.outer(v, v) / 6
+    x = (1 + v @ v / 12) * v
+    slope = (1 + v @ v / 12) * np.eye(3) + np.outer(v, v) / 6
     s = 4 / (4 + x @ x)
     to_rate = s * (np.eye(3) + skew(x) / 2)
     turn = slope @ (body.psi[k] - body.Kg_T[k] @ q)
-    vd, xd = (body.psi[k] - body.Kg_T[k] @ q) @ qd, turn @ qd
+    vd = (body.psi[k] - body.Kg_T[k] @ q) @ qd
+    xd = turn @ qd
     xdd = (v @ vd) / 3 * vd + (vd @ vd) / 6 * v - slope @ ((body.Kg_T[k] @ qd) @ qd)  # without q''
     Phi = np.vstack([translation, to_rate @ turn])
     vel = Phi @ qd
@@ -91,10 +95,14 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
 def _translation(body: FlexibleBody, k: int, q: np.ndarray, qd: np.ndarray):
     """Displacement (3,) of interface k, partial velocities (3, n), acceleration without q'': see body/line.py."""
     linear, speed, across = body.phi[k] @ q, body.phi[k] @ qd, -body.Kg_F[k] @ q
-    bent, bending, second = across @ q / 2, across @ qd, -(body.Kg_F[k] @ qd) @ qd
+    bent = across @ q / 2
+    bending = across @ qd
+    second = -(body.Kg_F[k] @ qd) @ qd
     arm = strain_arms(body.interface_position, body.points)[k]
-    (g, g_slope, g_curve), (h, h_slope, h_curve) = shortening(arm @ bent), swing(arm @ bent)
-    along, rate = h_slope * linear + g_slope * bent, arm @ bending
+    g, g_slope, g_curve = shortening(arm @ bent)
+    h, h_slope, h_curve = swing(arm @ bent)
+    along = h_slope * linear + g_slope * bent
+    rate = arm @ bending
     partial = h * body.phi[k] + g * across + np.outer(along, arm @ across)
     acceleration = g * second + (arm @ second) * along
     acceleration += 2 * rate * (h_slope * speed + g_slope * bending) + rate**2 * (h_curve * linear + g_curve * bent)
@@ -108,7 +116,8 @@ def turn_about(axis: np.ndarray, angle: float) -> np.ndarray:
 
 def quaternion_matrix(e: np.ndarray) -> np.ndarray:
     """Rotation matrix of a quaternion (w, x, y, z) of any length."""
-    w, v = e[0] / np.linalg.norm(e), e[1:] / np.linalg.norm(e)
+    w = e[0] / np.linalg.norm(e)
+    v = e[1:] / np.linalg.norm(e)
     return np.eye(3) + 2 * w * skew(v) + 2 * skew(v) @ skew(v)
 
 
@@ -171,16 +180,28 @@ def _hinged(frame: _Frame, row: np.record, x: np.ndarray, u: np.ndarray) -> _Fra
 
     Prescribed hinges take ``x = [position]``, ``u = [rate, acceleration]``.
     """
-    joint, first, n = row["joint"], row["u"], SPEEDS[row["joint"]]
+    joint = row["joint"]
+    first = row["u"]
+    n = SPEEDS[row["joint"]]
     screw = np.concatenate([AXIS * row["along"], AXIS * row["about"]])
-    turn, r, slide, spin, extra = np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(6)
+    turn = np.eye(3)
+    r = np.zeros(3)
+    slide = np.zeros(3)
+    spin = np.zeros(3)
+    extra = np.zeros(6)
     if joint in (REVOLUTE, SLIDING, PRESCRIBED):
-        turn, r = turn_about(AXIS, row["about"] * x[0]), screw[:3] * x[0]
-        slide, spin = screw[:3] * u[0], screw[3:] * u[0]
+        turn = turn_about(AXIS, row["about"] * x[0])
+        r = screw[:3] * x[0]
+        slide = screw[:3] * u[0]
+        spin = screw[3:] * u[0]
     elif joint == SPHERICAL:
-        turn, spin = quaternion_matrix(x), u
+        turn = quaternion_matrix(x)
+        spin = u
     elif joint == FREE:
-        turn, r, slide, spin = quaternion_matrix(x[3:]), x[:3], u[:3], u[3:]
+        turn = quaternion_matrix(x[3:])
+        r = x[:3]
+        slide = u[:3]
+        spin = u[3:]
     columns = {SPHERICAL: np.eye(6)[:, 3:], FREE: np.eye(6)}.get(joint, screw[:, None])[:, :n]
     if joint == PRESCRIBED:
         extra = screw * u[1]
@@ -207,7 +228,9 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     states: list[BodyState] = []
     for i, link in enumerate(packed.links):
         row = packed.model.links[i]
-        joint, x, u = row["joint"], row["x"], packed.nx + row["u"]
+        joint = row["joint"]
+        x = row["x"]
+        u = packed.nx + row["u"]
         if row["parent"] == len(packed.links):
             frame = _ground(system, row["arm"], packed.nu)
         else:
@@ -216,11 +239,13 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
         frame = frame.turned(row["rotation"].reshape(3, 3))
         own_x, own_u = y[x : x + COORDINATES[joint]], y[u : u + SPEEDS[joint]]
         if joint == PRESCRIBED:
-            own_x, own_u = motion[i, :1], motion[i, 1:]
+            own_x = motion[i, :1]
+            own_u = motion[i, 1:]
         frame = _hinged(frame, row, own_x, own_u).turned(packed.align(i).T)
         body = system.bodies[link.body] if link.body else None
         n = body.n if body else 0
-        q, qd = y[row["xq"] : row["xq"] + n], y[packed.nx + row["uq"] : packed.nx + row["uq"] + n]
+        q = y[row["xq"] : row["xq"] + n]
+        qd = y[packed.nx + row["uq"] : packed.nx + row["uq"] + n]
         rows = slice(row["uq"], row["uq"] + n)
         states.append(BodyState(body, frame.R, frame.p, frame.V, q, qd, frame.J, frame.c, rows))
     return states
@@ -253,7 +278,8 @@ def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = No
     packed = pack(system)
     nu = packed.nu
     states = body_states(system, packed, y, np.zeros((len(packed.links), 3)) if motion is None else motion)
-    M, f = np.zeros((nu, nu)), np.zeros(nu)
+    M = np.zeros((nu, nu))
+    f = np.zeros(nu)
     for s in states:
         partial = np.vstack([s.J, np.eye(nu)[s.rows]])
         M_body, bias = body_equations(s.body, s.V, s.q, s.qd)

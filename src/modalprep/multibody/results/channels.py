@@ -25,7 +25,15 @@ from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import blank
 
 # the first columns: energies and momenta of the whole system
-KINETIC, STRAIN, GRAVITY, STORED, WORK, POWER_IN, LINEAR, ANGULAR, SUMS = 0, 1, 2, 3, 4, 5, 6, 9, 12
+KINETIC = 0
+STRAIN = 1
+GRAVITY = 2
+STORED = 3
+WORK = 4
+POWER_IN = 5
+LINEAR = 6
+ANGULAR = 9
+SUMS = 12
 TOTALS = {
     "energy.kinetic": KINETIC,
     "energy.strain": STRAIN,
@@ -86,13 +94,17 @@ class Channels:
         self.index: Index = dict(TOTALS)
         self.width = SUMS
         self.columns = Columns(
-            _rows(self._joints()), _rows(self._wrenches()), _rows(self._bodies()),
-            _rows(self._closures(loops) if loops else []), _rows(self._elements()), _rows(self._motions()),
+            _rows(self._joints()),
+            _rows(self._wrenches()),
+            _rows(self._bodies()),
+            _rows(self._closures(loops) if loops else []),
+            _rows(self._elements()),
+            _rows(self._motions()),
             _rows(self._momenta()),
             part_of_links(system, packed),
             np.zeros((len(packed.links), 6)),
             blank(PART, count_parts(system, packed)),
-        )  # fmt: skip
+        )
 
     def _number(self, name: str) -> int:
         self.index[name] = self.width
@@ -100,7 +112,8 @@ class Channels:
         return self.width - 1
 
     def _vector(self, name: str, size: int) -> int:
-        first, self.width = self.width, self.width + size
+        first = self.width
+        self.width = self.width + size
         if size:
             self.index[name] = slice(first, self.width)
         return first
@@ -183,7 +196,8 @@ class Channels:
     def _closures(self, loops: Loops) -> list[tuple]:
         rows = []
         for k, closure in enumerate(self.system.closures):
-            own, couples = loops.closing.of(k), isinstance(closure, Coupler)
+            own = loops.closing.of(k)
+            couples = isinstance(closure, Coupler)
             first = self._number(f"{closure.name}.violation")
             if couples:
                 self._number(f"{closure.name}.multiplier")

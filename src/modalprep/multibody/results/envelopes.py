@@ -101,12 +101,17 @@ class Envelope(Record):
     def _row(self, i: int, j: int, margin: np.ndarray) -> dict[str, str | float]:
         """Return the row of a place and a component."""
         return {
-            "body": self.body, "recovery": self.name, "place": self.places[i], "component": self.components[j],
+            "body": self.body,
+            "recovery": self.name,
+            "place": self.places[i],
+            "component": self.components[j],
             "unit": self.units[(i * len(self.components) + j) % len(self.units)],
-            "highest": float(self.highest[i, j]), "at_s": float(self.highest_time[i, j]),
-            "lowest": float(self.lowest[i, j]), "lowest_at_s": float(self.lowest_time[i, j]),
+            "highest": float(self.highest[i, j]),
+            "at_s": float(self.highest_time[i, j]),
+            "lowest": float(self.lowest[i, j]),
+            "lowest_at_s": float(self.lowest_time[i, j]),
             "margin": float(margin[i, j]),
-        }  # fmt: skip
+        }
 
 
 def envelopes(result: Result, bodies: Mapping[str, FlexibleBody]) -> tuple[Envelope, ...]:
@@ -146,7 +151,8 @@ def envelopes(result: Result, bodies: Mapping[str, FlexibleBody]) -> tuple[Envel
             continue
         if not len(result.time) or f"{name}.modal" not in result:
             raise InputError(f"the run has no times of body {name!r}; give a run of a system with these bodies")
-        motion, complete = body_motion(body, name, result.channels), f"{name}.modal_acceleration" in result
+        motion = body_motion(body, name, result.channels)
+        complete = f"{name}.modal_acceleration" in result
         for key, block in body.recovery.items():
             if complete or not block.moves:
                 found.append(_envelope(name, key, block, motion, result.time))
@@ -160,17 +166,23 @@ def _envelope(body: str, name: str, block: Recovery, motion: BodyMotion, time: n
         for start in range(0, len(time), step)
     ]
     highest, high_time, lowest, low_time = (np.stack(x) for x in zip(*parts, strict=True))
-    at_high, at_low = np.argmax(highest, axis=0)[None], np.argmin(lowest, axis=0)[None]
+    at_high = np.argmax(highest, axis=0)[None]
+    at_low = np.argmin(lowest, axis=0)[None]
     extremes = {"highest": (highest, at_high), "highest_time": (high_time, at_high)}
     extremes |= {"lowest": (lowest, at_low), "lowest_time": (low_time, at_low)}
     return Envelope(
-        body=body, name=name, places=block.places, components=block.full_components, units=block.full_units,
+        body=body,
+        name=name,
+        places=block.places,
+        components=block.full_components,
+        units=block.full_units,
         allowable=block.allowable,
         **{key: np.take_along_axis(values, at, 0)[0] for key, (values, at) in extremes.items()},
-    )  # fmt: skip
+    )
 
 
 def _extremes(values: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, ...]:
-    high, low = np.argmax(values, axis=0), np.argmin(values, axis=0)
+    high = np.argmax(values, axis=0)
+    low = np.argmin(values, axis=0)
     at = [np.take_along_axis(values, i[None], 0)[0] for i in (high, low)]
     return at[0], time[high], at[1], time[low]

@@ -47,7 +47,8 @@ def node_field(body: FlexibleBody, block: Recovery, values: np.ndarray, componen
     values : (p, c)
         Of its `full_components` at one time.
     """
-    own, field = values[:, block.full_components.index(component)], np.full(len(body.points), np.nan)
+    own = values[:, block.full_components.index(component)]
+    field = np.full(len(body.points), np.nan)
     if block.node is not None:
         field[block.node] = own
         return field

@@ -79,5 +79,6 @@ def unaudited(parts: Sequence[FreePart]) -> tuple[str, ...]:
     return tuple(
         f"the momentum of {part.bodies[0]!r}{' and what moves with it' * (len(part.bodies) > 1)} is not audited, as "
         f"{part.loaded}"
-        for part in parts if part.loaded
-    )  # fmt: skip
+        for part in parts
+        if part.loaded
+    )

@@ -74,9 +74,20 @@ def record(eq, run, columns, times, states, soft, rows):
         prescribe(eq.loads, times[k], eq.motion)
         eq.hinge[:] = 0.0
         settle(
-            eq.cons, eq.model, eq.data, eq.trial, y, eq.motion, times[k], eq.work, eq.hinge,
-            soft, CLOSED, MOST_STEPS, False,
-        )  # fmt: skip
+            eq.cons,
+            eq.model,
+            eq.data,
+            eq.trial,
+            y,
+            eq.motion,
+            times[k],
+            eq.work,
+            eq.hinge,
+            soft,
+            CLOSED,
+            MOST_STEPS,
+            False,
+        )
         if len(run.kept) > 0 and times[k] >= run.kept[0].time:
             restore_momenta(eq, run, times[k], y, 0.0)
         status = evaluate(eq, times[k], y, ydot)
@@ -166,7 +177,8 @@ def _closures(cons, model, work, closures, row):
         if couples:
             row[c + 1] = work.multiplier[first]
         else:
-            turn, link = get9(work.ends[2 * k].rotation), cons.ends[2 * k].link
+            turn = get9(work.ends[2 * k].rotation)
+            link = cons.ends[2 * k].link
             f, t = transposed_times(turn, f), transposed_times(turn, t)
             if link >= 0:
                 align = get9(model.links[link].align)
@@ -188,7 +200,8 @@ def _wrench(model, data, columns, i, row):
     """Force and torque of the parent on a joint's child at the child's root, in the axes of the parent's interface."""
     link, parent, node, c = columns.wrenches[i]
     base = get9(data.links[link].orientation)
-    f, t = times(base, get3(columns.reactions[link])), times(base, get_angular(columns.reactions[link]))
+    f = times(base, get3(columns.reactions[link]))
+    t = times(base, get_angular(columns.reactions[link]))
     if parent >= 0:
         _, turn, _, _ = node_state(model, data, parent, node)
         f, t = transposed_times(turn, f), transposed_times(turn, t)
@@ -210,11 +223,13 @@ def _body(model, data, link, c, y, row):
 @compile_kernel
 def _motion(model, data, link, c, y, ydot, row):
     """Specific acceleration, angular velocity and acceleration in body axes; rates and accelerations of the modes."""
-    own, align = data.links[link], get9(model.links[link].align)
+    own = data.links[link]
+    align = get9(model.links[link].align)
     _write(row, c, times(align, get3(own.acceleration)))
     _write(row, c + 3, times(align, get3(own.omega)))
     _write(row, c + 6, times(align, get_angular(own.acceleration)))
-    n, u = model.links[link].modes, model.nx + model.links[link].uq
+    n = model.links[link].modes
+    u = model.nx + model.links[link].uq
     for a in range(n):
         row[c + 9 + a], row[c + 9 + n + a] = y[u + a], ydot[u + a]
 
@@ -225,7 +240,8 @@ def _begin_momenta(model, data, columns, row):
     if len(columns.momenta) > 0:
         sum_parts(model, data, columns.part, columns.sums)
     for k in range(len(columns.momenta)):
-        own, c = columns.sums[k], columns.momenta[k, 1]
+        own = columns.sums[k]
+        c = columns.momenta[k, 1]
         _write(row, c, get3(own.linear))
         _write(row, c + 3, get3(own.angular))
         row[c + 6] = 0.0
@@ -239,11 +255,13 @@ def _end_momenta(columns, row):
     Schwarz.
     """
     for k in range(len(columns.momenta)):
-        own, c = columns.sums[k], columns.momenta[k, 1]
+        own = columns.sums[k]
+        c = columns.momenta[k, 1]
         pp = dot3(get3(own.linear), get3(own.linear))
         twice = max(own.mass * STILL * STILL, 2.0 * row[c + 6] - pp / own.mass)
         polar = 0.5 * (own.inertia[0] + own.inertia[3] + own.inertia[5])
-        row[c + 6], row[c + 7] = np.sqrt(pp) + np.sqrt(own.mass * twice), np.sqrt(polar * twice)
+        row[c + 6] = np.sqrt(pp) + np.sqrt(own.mass * twice)
+        row[c + 7] = np.sqrt(polar * twice)
 
 
 @compile_kernel

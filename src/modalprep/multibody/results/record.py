@@ -26,7 +26,9 @@ class Recorder:
     """
 
     def __init__(self, integration: Integration, most: int) -> None:
-        system, packed, loops = integration.system, integration.packed, integration.loading.loops
+        system = integration.system
+        packed = integration.packed
+        loops = integration.loading.loops
         self.system, self.equations, self.count = system, integration.equations, 0
         self.parts = parts_of(system, packed)
         self.index, columns, width = packed.kept("channels", lambda: _layout(Channels(system, packed, loops)))
@@ -34,7 +36,8 @@ class Recorder:
         self.steps = integration.steps
         self.soft = packed.softest if loops else 0.0
         try:
-            self.time, self.rows = np.empty(most), np.empty((most, width))
+            self.time = np.empty(most)
+            self.rows = np.empty((most, width))
         except MemoryError:
             raise InputError(
                 f"simulation: {most} output times of {width} numbers each do not fit into memory; raise "
@@ -59,7 +62,8 @@ class Recorder:
 
     def _momenta(self, rows: np.ndarray) -> list[Momenta]:
         """Return what is known of the parts whose momenta stay."""
-        bodies, found = self.system.bodies, []
+        bodies = self.system.bodies
+        found = []
         parts = [part for part in self.parts if not part.loaded]
         for part, kept, c in zip(parts, self.steps.kept, self.columns.momenta[:, 1], strict=True):
             restored = np.append(kept.given_linear, kept.given_angular)
@@ -108,13 +112,17 @@ def audited(
 ) -> Result:
     """Return the result with its energy balance: ``energy.error``, and the largest relative error in the stats."""
     parts = np.array([channels[name] for name in (*ENERGIES, "energy.work", "energy.kinetic")])
-    stored, work = parts[: len(ENERGIES)], parts[len(ENERGIES)]
+    stored = parts[: len(ENERGIES)]
+    work = parts[len(ENERGIES)]
     total = stored.sum(axis=0)
     error = total - total[0] - work
     stored -= stored[:, :1].copy()
     scale = np.abs(parts).max()
     relative = float(np.abs(error).max() / max(scale, np.finfo(float).tiny))
     return Result(
-        time=time, channels=channels | {"energy.error": error}, status=status, message=message,
+        time=time,
+        channels=channels | {"energy.error": error},
+        status=status,
+        message=message,
         stats={**stats, "energy_error": relative},
-    )  # fmt: skip
+    )

@@ -26,9 +26,16 @@ if TYPE_CHECKING:
 
 
 STATS = {  # type of each entry of `Result.stats`
-    "method": str, "steps": int, "evaluations": int, "rejected": int, "halved": int, "stiffness_ratio": float,
-    "energy_error": float, "momentum_error": float, "momentum_restored": float,
-}  # fmt: skip
+    "method": str,
+    "steps": int,
+    "evaluations": int,
+    "rejected": int,
+    "halved": int,
+    "stiffness_ratio": float,
+    "energy_error": float,
+    "momentum_error": float,
+    "momentum_restored": float,
+}
 NUMBERED = (".modal", ".modal_rate", ".modal_acceleration")  # channels whose components are numbers
 
 
@@ -172,7 +179,8 @@ class Result(Record):
         array([[2., 0., 0.]])
         """
         from_quaternion = scipy.spatial.transform.Rotation.from_quat
-        origin, rotation = self[f"{body}.origin"], from_quaternion(self[f"{body}.orientation"], scalar_first=True)
+        origin = self[f"{body}.origin"]
+        rotation = from_quaternion(self[f"{body}.orientation"], scalar_first=True)
         positions = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
         relative = {name: rotation.inv().apply(a - origin) for name, a in positions.items()}
         return self.with_(channels=self.channels | relative)

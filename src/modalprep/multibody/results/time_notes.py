@@ -87,7 +87,10 @@ def _overshoots(name: str, function: TimeFunction | Callback) -> list[str]:
     for curve in (piece.source for piece in pieces if getattr(piece.source, "in_place_of_lines", False)):
         points = curve(curve.x)
         between = curve(np.concatenate([curve.x, curve.derivative().roots(extrapolate=False)]))
-        low, high, bottom, top = points.min(), points.max(), np.nanmin(between), np.nanmax(between)
+        low = points.min()
+        high = points.max()
+        bottom = np.nanmin(between)
+        top = np.nanmax(between)
         if max(low - bottom, top - high) > BEYOND * (high - low):
             return [
                 f"{name!r}: the cubic spline of its motion goes from {bottom:.4g} to {top:.4g} between points from "

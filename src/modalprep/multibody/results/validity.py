@@ -71,7 +71,8 @@ def large_deflections(
 
 
 def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str:
-    size, each = np.ptp(body.points, axis=0).max(initial=0.0), np.abs(body.shape).max(axis=(0, 1), initial=0.0)
+    size = np.ptp(body.points, axis=0).max(initial=0.0)
+    each = np.abs(body.shape).max(axis=(0, 1), initial=0.0)
     rows = _largest(q, each * np.sqrt(3), BEYOND * size)
     if not len(rows):
         return ""
@@ -79,7 +80,8 @@ def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str
     if not reach.max(initial=0.0) > BEYOND * size > 0:
         return ""
     at = int(np.argmax(reach))
-    share, where = 100 * reach[at] / size, f"{reach[at]:.3g} m at t = {time[rows[at]]:.4g} s"
+    share = 100 * reach[at] / size
+    where = f"{reach[at]:.3g} m at t = {time[rows[at]]:.4g} s"
     return (
         f"body {name!r} deflects by {where}, {share:.0f} % of its size: above {100 * BEYOND:.0f} % the theory is not "
         "valid; use several bodies"
@@ -108,7 +110,8 @@ def _turned(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> s
     if not np.any(angle > TURNED):
         return ""
     at, k = np.unravel_index(np.argmax(angle), angle.shape)
-    most, where = angle[at, k], f"at {body.interface_name[k]!r} at t = {time[rows[at]]:.4g} s"
+    most = angle[at, k]
+    where = f"at {body.interface_name[k]!r} at t = {time[rows[at]]:.4g} s"
     return (
         f"body {name!r} turns within itself by {most:.2g} rad {where}, so that an arm there moves about "
         f"{100 * most**2 / 6:.0f} % too far: above {TURNED:g} rad the theory is not valid; use several bodies"

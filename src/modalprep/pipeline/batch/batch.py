@@ -44,7 +44,8 @@ def run_batch(
     """
     setting = Setting(cache and cache.absolute(), limit, program())
     reporter.say(f"{len(batch.jobs)} jobs, {len(batch.before)} of them finished before")
-    keeper, order = Keeper(batch), batch.order()
+    keeper = Keeper(batch)
+    order = batch.order()
     if len(order):
         # as many as for the whole batch: a job that is resumed alone has the same share of the processors, and sums
         where = replace(where, jobs=min(where.jobs, len(batch.jobs)))

@@ -83,7 +83,8 @@ class Progress:
 
     def seconds_left(self) -> float:
         """Return the estimated remaining time: the mean of ended jobs, less the time of those that already run."""
-        mean, now = self._seconds / self._ended, time.perf_counter()
+        mean = self._seconds / self._ended
+        now = time.perf_counter()
         first = itertools.islice(self._begun.values(), self._team.size)  # the others wait at a scheduler
         spent = sum(min(mean, now - begun) for begun in first)
         return max(0.0, (self._total - self._ended) * mean - spent) / self._team.size

@@ -117,7 +117,9 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> Planned:
     """
     base = {key: value for key, value in data.items() if key != "grid"}
     grid = _checked(file, data["grid"])
-    jobs, known = list(_cells(file, grid, output)), dict[Needs, Needs]()  # equal needs are kept once
+    # equal needs are kept once
+    jobs = list(_cells(file, grid, output))
+    known = dict[Needs, Needs]()
 
     def tables(job: Job) -> dict[str, Any]:
         return combined(file, base, dict(zip(grid, job.cell.values, strict=True)), "[grid]")
@@ -134,7 +136,8 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> Planned:
 
 def _cells(file: Path, grid: dict[str, list], output: Path) -> Iterator[Job]:
     """Yield the job of each combination."""
-    short, labels = tuple(_short(key, grid) for key in grid), [_labels(values) for values in grid.values()]
+    short = tuple(_short(key, grid) for key in grid)
+    labels = [_labels(values) for values in grid.values()]
     for values, texts in zip(itertools.product(*grid.values()), itertools.product(*labels), strict=True):
         name = "-".join([file.stem, *(f"{key}={text}" for key, text in zip(short, texts, strict=True))])
         shown = dict(zip(grid, texts, strict=True))

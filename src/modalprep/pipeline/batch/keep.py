@@ -40,8 +40,10 @@ class Keeper:
     """
 
     def __init__(self, batch: Batch) -> None:
-        self._batch, self.records = batch, dict(batch.before)
-        self._began, self._start = datetime.now(UTC), time.perf_counter()
+        self._batch = batch
+        self.records = dict(batch.before)
+        self._began = datetime.now(UTC)
+        self._start = time.perf_counter()
         self._due = time.monotonic() + EVERY
         self.lines = batch.folder / f"{batch.stem}.jsonl"
         self.first = json.dumps({"format": "modalprep batch lines", "version": 1, "batch": uuid.uuid4().hex})

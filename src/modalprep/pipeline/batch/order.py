@@ -34,7 +34,9 @@ class Order:
 
     def __init__(self, jobs: Sequence[Job], needs: Mapping[Path, Set[Path]], modes: Mapping[Path, int]) -> None:
         here = {job.file for job in jobs}
-        self._jobs, self._modes, self._place = list(jobs), modes, {job.file: k for k, job in enumerate(jobs)}
+        self._jobs = list(jobs)
+        self._modes = modes
+        self._place = {job.file: k for k, job in enumerate(jobs)}
         self._open = {job.file: set(needs[job.file]) & here for job in jobs}
         self._after: dict[Path, list[Path]] = {}
         for file, others in self._open.items():

@@ -91,7 +91,7 @@ class Batch:
 
 def plan_batch(
     patterns: Sequence[str], output: Path | None, shard: Shard | None = None, *, ended: bool = False
-) -> Batch:  # fmt: skip
+) -> Batch:
     """Find the jobs of pipeline files, patterns and grids, and which of them are finished.
 
     Parameters
@@ -111,13 +111,16 @@ def plan_batch(
     """
     planned = plan_jobs(patterns, output)
     jobs = [job for job, _ in planned]
-    folder, now = jobs[0].folder.parent, program()
-    needs, modes = needs_of(planned), {job.file: named.modes for job, named in planned}
+    folder = jobs[0].folder.parent
+    now = program()
+    needs = needs_of(planned)
+    modes = {job.file: named.modes for job, named in planned}
     stem = WHOLE
     if shard is not None:
         groups = components(jobs, needs)[shard.number - 1 :: shard.count]
         chosen = {job.file for group in groups for job in group}
-        jobs, stem = [job for job in jobs if job.file in chosen], f"batch-{shard.number}-of-{shard.count}"
+        jobs = [job for job in jobs if job.file in chosen]
+        stem = f"batch-{shard.number}-of-{shard.count}"
     records = {job.file: any_record(job) if ended else finished(job, now) for job in jobs}
     before = {file: record for file, record in records.items() if record is not None}
     return Batch(tuple(jobs), before, folder, needs, modes, stem)

@@ -61,7 +61,8 @@ def follow(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, 
     """
     from modalprep.report.correlation.tracks import track_plot, track_table
 
-    name, folder = jobs[0].cell.file.stem, jobs[0].folder.parent
+    name = jobs[0].cell.file.stem
+    folder = jobs[0].folder.parent
     study, missing = _study(name, jobs, boundary)
     for text in missing:
         reporter.note(text)

@@ -48,7 +48,8 @@ def work(job: Job, setting: Setting) -> Record:
     if before is not None:
         return before
     store = Cache(setting.cache, setting.limit) if setting.cache else None
-    start, began = time.perf_counter(), datetime.now(UTC)
+    start = time.perf_counter()
+    began = datetime.now(UTC)
     with silent():
         record = _attempt(job, read, store)
     record |= {
@@ -94,7 +95,8 @@ def _writing(log: Path) -> Iterator[TextIO]:
 
 def _logged(job: Job, read: Callable[[], Loaded], store: Cache | None) -> Record:
     try:
-        (source, inputs), reporter = _seen(job, read), Reporter()
+        source, inputs = _seen(job, read)
+        reporter = Reporter()
         outcome = run_pipeline(source, job.output, reporter, store)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
@@ -121,7 +123,8 @@ def _seen(job: Job, read: Callable[[], Loaded]) -> tuple[Loaded, dict[str, str]]
     InputError
         When this worker sees another file than the machine that gave the job.
     """
-    end, source = time.monotonic() + PATIENCE, read()
+    end = time.monotonic() + PATIENCE
+    source = read()
     while (found := input_digests(source)) != (wanted := job.inputs or found):
         if time.monotonic() > end:
             names = [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]

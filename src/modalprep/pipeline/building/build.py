@@ -78,7 +78,8 @@ def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> Fle
     folder = output_folder(source.path, output)
     file = folder / f"{source.path.stem}.h5"
     with suppress(InputError):
-        body, wanted = read_body(file), inputs(source)
+        body = read_body(file)
+        wanted = inputs(source)
         if wanted.items() <= body.provenance.items():
             return body
     built = build_body(source, folder, reporter)

@@ -165,7 +165,8 @@ class Cache:
 
     def _prune(self, entry: Path) -> None:
         """List the folder; remove what was not used for longest, also files of interrupted writers, not the entry."""
-        before, files = self._recorded(), [*_files(self._new), *_files(self.folder)]
+        before = self._recorded()
+        files = [*_files(self._new), *_files(self.folder)]
         total = sum(size for _, size, _ in files)
         goal = KEPT * self.limit if total > self.limit else total
         for _, size, path in sorted(files):

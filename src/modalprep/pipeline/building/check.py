@@ -73,7 +73,8 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
 
 def _report(subject: str, body: FlexibleBody, speed: float | None) -> CheckReport:
     """Return the checks of a body alone, and what is known of one that was supplied."""
-    said, checks = knowledge(body), check_body(body)
+    said = knowledge(body)
+    checks = check_body(body)
     if speed is not None and not said:
         said = ("nothing of this body is rebuilt, so that --speed has nothing to estimate",)
     checks += [] if speed is None else check_spin(body, speed)

@@ -27,10 +27,18 @@ from modalprep.report.body_page.table import Table, written
 MODULI = ("E", "E1", "E2", "E3", "G", "G12", "G13", "G23")
 RATIOS = ("nu", "nu12", "nu13", "nu23")
 UNITS = {
-    "A": "mm²", "Iy": "mm⁴", "Iz": "mm⁴", "J": "mm⁴", "thickness": "mm", "offset": "mm", "mass": "kg",
+    "A": "mm²",
+    "Iy": "mm⁴",
+    "Iz": "mm⁴",
+    "J": "mm⁴",
+    "thickness": "mm",
+    "offset": "mm",
+    "mass": "kg",
     "inertia": "kg m²",
-    "translation": "N/m", "rotation": "N m/rad", "angle": "rad",
-}  # fmt: skip
+    "translation": "N/m",
+    "rotation": "N m/rad",
+    "angle": "rad",
+}
 FACTORS = {"mm": 1e3, "mm²": 1e6, "mm⁴": 1e12}
 NSM = {Beam: "kg/m", Truss: "kg/m", Shell: "kg/m²"}
 HIDDEN = ("material", "plies", "bending_material", "shear_material", "fibres", "taper")  # said otherwise
@@ -73,7 +81,8 @@ def _units(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Table:
 
 def _nodes(mesh: Mesh, model: FEModel) -> str:
     """Say how many nodes the model has, how many of them are added to those of the file, and how many have no DOF."""
-    count, added = len(model.points), len(model.points) - len(mesh.points)
+    count = len(model.points)
+    added = len(model.points) - len(mesh.points)
     bare = int(np.count_nonzero(np.all(model.dof[:count] < 0, axis=1)))
     parts = [f"{added} that connections add to the {len(mesh.points)} of the file"] if added else []
     parts += [f"{bare} without degrees of freedom"] if bare else []
@@ -185,9 +194,11 @@ def mass_table(model: FEModel, sections: Mapping[str, Property]) -> Table:
     >>> table.rows
     [('beam', 'beam', '4 line', 0.004, 12.0, 100.0)]
     """
-    groups, R = model.groups, model.rigid_body()[:, :3]
+    groups = model.groups
+    R = model.rigid_body()[:, :3]
     volume = groups.summed({kind: v[:, None] for kind, v in model.strain_energy.volume().items()})[:, 0]
-    rows, percent = [], 100 / model.rigid.m if model.rigid.m else 0.0
+    rows = []
+    percent = 100 / model.rigid.m if model.rigid.m else 0.0
     for name, size in zip(groups.names, volume.tolist(), strict=True):
         count = ", ".join(f"{number} {kind}" for kind, number in groups.count(name).items())
         mass = groups.mass(name)
@@ -215,12 +226,22 @@ def quality_table(quality: Quality) -> Table:
     names = ("count", "smallest", "median", "largest", "aspect", "small", "large", "jacobian", "warpage")
     return Table(
         name="elements",
-        columns=("type", "number", "smallest (m)", "median (m)", "largest (m)", "aspect ratio", "smallest angle (°)",
-                 "largest angle (°)", "scaled Jacobian", "warpage"),
+        columns=(
+            "type",
+            "number",
+            "smallest (m)",
+            "median (m)",
+            "largest (m)",
+            "aspect ratio",
+            "smallest angle (°)",
+            "largest angle (°)",
+            "scaled Jacobian",
+            "warpage",
+        ),
         rows=[(kind, *(getattr(row, name) for name in names)) for kind, row in quality.statistics.items()],
         forms={"aspect ratio": ".3g", "smallest angle (°)": ".1f", "largest angle (°)": ".1f"},
         caption="Elements by their type: mean edge, and the worst aspect ratio, angles, scaled Jacobian and warpage.",
-    )  # fmt: skip
+    )
 
 
 def _links(pipeline: Pipeline, mesh: Mesh) -> list[Table]:

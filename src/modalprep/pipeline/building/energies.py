@@ -58,5 +58,6 @@ def _largest(groups: Sequence[str], share: np.ndarray) -> tuple[list[str], np.nd
     if len(groups) <= MOST:
         return list(groups), share
     order = np.argsort(-np.nan_to_num(share).max(axis=1), kind="stable")
-    kept, rest = np.sort(order[: MOST - 1]), order[MOST - 1 :]
+    kept = np.sort(order[: MOST - 1])
+    rest = order[MOST - 1 :]
     return [*(groups[k] for k in kept), OTHERS], np.vstack([share[kept], share[rest].sum(axis=0)])

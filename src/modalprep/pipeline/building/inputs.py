@@ -21,7 +21,8 @@ from modalprep.report.body_page.inputs import Inputs
 
 def inputs(source: Loaded) -> dict[str, str]:
     """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    pipeline, made_of = source.pipeline, ("mesh", "matrices", "materials", "properties", "connections", "supports")
+    pipeline = source.pipeline
+    made_of = ("mesh", "matrices", "materials", "properties", "connections", "supports")
     parts = {"name", *made_of, "interfaces", "stress", "recovery", "loads", "reduction"}
     parts |= {"body"} if pipeline.body else set()
     options = json.dumps(pipeline.model_dump(include=parts), sort_keys=True)

@@ -61,7 +61,8 @@ def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | No
     InputError
         When a table names what is not there, or the mesh has errors.
     """
-    sections, interfaces, connections = pipeline_sections(pipeline), *pipeline_node_sets(pipeline, mesh)
+    sections = pipeline_sections(pipeline)
+    interfaces, connections = pipeline_node_sets(pipeline, mesh)
     if isinstance(mesh, Matrices):
         return mesh.model(interfaces, pipeline.reduction.root), None
     if not {**mesh.properties, **sections}:
@@ -154,7 +155,8 @@ def pipeline_quality(source: Loaded) -> tuple[Mesh, Quality]:
     with naming(source.path):
         mesh = read_pipeline_mesh(source)
         interfaces, connections = pipeline_node_sets(pipeline, mesh)
-        sections, supports = pipeline_sections(pipeline), pipeline_supports(pipeline, mesh)
+        sections = pipeline_sections(pipeline)
+        supports = pipeline_supports(pipeline, mesh)
         return mesh, mesh_quality(mesh, sections, interfaces, connections, supports)
 
 

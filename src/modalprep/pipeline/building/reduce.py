@@ -40,7 +40,8 @@ def reduce_model(
     recovery: ModelRecovery | None = None,
 ) -> tuple[Reduction, ReductionError | None]:
     """Reduce the model by the file's options; with `up_to` also measure the error."""
-    table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
+    table = pipeline.reduction
+    loads = pipeline_loads(pipeline, mesh, model)
 
     def basis(modes: int) -> Reduction:
         return _basis(table, model, modes, loads, algebra, recovery)
@@ -95,7 +96,8 @@ def _statement(error: ReductionError) -> str:
 
 def asked_loads(source: Loaded, body: FlexibleBody) -> list[Asked]:
     """Return the loads and bands of the responses of a file, for the convergence of its recoveries."""
-    pipeline, found = source.pipeline, []
+    pipeline = source.pipeline
+    found = []
     for name, table in pipeline.response.items() if pipeline.recovery else ():
         with naming(f"[response.{name}]"):
             inputs = table.inputs(source.folder)
@@ -133,7 +135,8 @@ def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, 
     """Return the nodal loads ``{name: (n_dof,)}`` of the file's [loads]; groups may be those of connections."""
     if not pipeline.loads:
         return {}
-    mesh, found = connected_mesh(pipeline, mesh, model), {}
+    mesh = connected_mesh(pipeline, mesh, model)
+    found = {}
     for name, table in pipeline.loads.items():
         with naming(f"[loads.{name}]"):
             found[name] = nodal_load(model, mesh, name, Load(**node_set(table, mesh.scale)))

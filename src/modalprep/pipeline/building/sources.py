@@ -46,7 +46,8 @@ def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
     Traceback (most recent call last):
     modalprep.errors.InputError: body.h5 is read by this command, which would overwrite it; write to another file
     """
-    needed, written = list(needed), []
+    needed = list(needed)
+    written = []
     for target in targets:
         refuse_unwritable(target)
         if any(same_file(target, file) for file in needed):

@@ -34,7 +34,8 @@ class CachedFactor:
 
     def __init__(self, cache: Cache, A: csr_array, solver: str, definite: bool) -> None:
         A.sort_indices()  # as the factorisation does: products with A must round alike with and without the cache
-        self._cache, self._arguments = cache, (A, solver, definite)
+        self._cache = cache
+        self._arguments = (A, solver, definite)
         self.key = cache.key("factor", A, solver, definite)
         # A singular matrix is refused here, as by `factorise`.
         self.negative = _number(cache.recall(self.key, lambda: _count(self.exact.negative)))

@@ -28,7 +28,8 @@ def read_supplied(path: Path, table: SuppliedTable | BodyTable) -> FlexibleBody:
 
 
 def _read(path: Path, table: SuppliedTable | BodyTable) -> FlexibleBody:
-    file, given = path.parent / str(table.file), {"length_unit": table.length_unit, "mass_unit": table.mass_unit}
+    file = path.parent / str(table.file)
+    given = {"length_unit": table.length_unit, "mass_unit": table.mass_unit}
     options = {}
     if isinstance(table, SuppliedTable):
         nodes = None if table.nodes is None else path.parent / table.nodes

@@ -19,7 +19,8 @@ def described(one: Opening, scale: float) -> str:
     """Say what a round opening or pin is, in the unit of the mesh."""
     size = 1e3 * one.cylinder.radius / scale
     noun = ("hole" if one.hole else "outer cylinder") if one.length else ("round edge" if one.hole else "round rim")
-    centre, axis = numbers(one.centre / scale, size), numbers(one.cylinder.axis, 1e3)
+    centre = numbers(one.centre / scale, size)
+    axis = numbers(one.cylinder.axis, 1e3)
     return f"{noun} of radius {number(one.cylinder.radius / scale, size)} at {centre} along {axis}"
 
 
@@ -77,14 +78,16 @@ def plane_ones(mesh: Mesh, planes: list[PlaneFace], nothing: bool) -> Iterator[P
     Without such ends the two largest are.
     """
     axis = int(np.argmax(np.ptp(mesh.points, axis=0)))
-    size, used = extent(mesh) / mesh.scale, used_nodes(mesh)
+    size = extent(mesh) / mesh.scale
+    used = used_nodes(mesh)
     ends = mesh.points[used, axis].min(), mesh.points[used, axis].max()
     outer = [
         abs(one.normal[axis]) > 0.999 and min(abs(one.point[axis] - end) for end in ends) < 1e-4 * extent(mesh)
         for one in planes
     ]
     for k, one in enumerate(planes, 1):
-        point, normal = numbers(one.point / mesh.scale, 10 * size), numbers(one.normal, 1.0)
+        point = numbers(one.point / mesh.scale, 10 * size)
+        normal = numbers(one.normal, 1.0)
         nodes = used[np.abs((mesh.points[used] - one.point) @ one.normal) <= 1e-6 * extent(mesh)]
         if not len(nodes):
             continue
@@ -99,7 +102,8 @@ def plane_ones(mesh: Mesh, planes: list[PlaneFace], nothing: bool) -> Iterator[P
 
 def first_nodes(mesh: Mesh) -> Proposal:
     """Return nodes at the lower end of the longest extension, for a file that runs where nothing else is found."""
-    used, axis = used_nodes(mesh), int(np.argmax(np.ptp(mesh.points, axis=0)))
+    used = used_nodes(mesh)
+    axis = int(np.argmax(np.ptp(mesh.points, axis=0)))
     along = mesh.points[used, axis]
     near = used[along <= along.min() + 0.02 * np.ptp(along)]
     points = mesh.points[near] / mesh.scale

@@ -72,7 +72,8 @@ def _chosen(found: list[Proposal]) -> list[Proposal]:
 def _unique(found: list[Proposal]) -> list[Proposal]:
     """Return the proposals with different nodes, under different names."""
     names: dict[str, int] = {}
-    unique, seen = [], set()
+    unique = []
+    seen = set()
     for one in found:
         if (nodes := one.nodes.tobytes()) in seen:
             continue

@@ -49,7 +49,8 @@ def spiders(mesh: Mesh) -> list[Proposal]:
 
 def named_sets(mesh: Mesh, structure: set[str], rounds: list[Opening]) -> Iterator[Proposal]:
     """Yield the groups that are no structure, and not what a set of supports holds."""
-    cells, held = structural_cells(mesh), [set(one.nodes.tolist()) for one in mesh.supports.values()]
+    cells = structural_cells(mesh)
+    held = [set(one.nodes.tolist()) for one in mesh.supports.values()]
     for name, kinds in mesh.groups.items():
         if (
             name in structure
@@ -71,7 +72,8 @@ def named_sets(mesh: Mesh, structure: set[str], rounds: list[Opening]) -> Iterat
 
 def single_node(mesh: Mesh, node: int, what: str, name: str | None = None) -> Proposal:
     """Return one node as an interface, likely where it has rotations."""
-    label, rotates = _label(mesh, node), _rotates(mesh, node)
+    label = _label(mesh, node)
+    rotates = _rotates(mesh, node)
     return Proposal(
         name=slug(name) if name else f"node_{label}",
         keys=f"node = {label}",

@@ -79,12 +79,14 @@ def survey(
         When the file cannot be read, or has no elements of structure.
     """
     read = read_with_units(file, length_unit, mass_unit, size)
-    mesh, skin = read.mesh, skin_of(read.mesh)
+    mesh = read.mesh
+    skin = skin_of(read.mesh)
     if not any(cell_dimension(kind) for kind in mesh.cells):
         raise InputError(f"mesh file {file} has no elements; save the mesh with them")
     structure, left = structural_groups(mesh)
     patches = named_patches(mesh, skin).values() if file.suffix.lower() in CAD else ()
-    rounds, planes = openings(mesh, skin, patches), plane_faces(skin)
+    rounds = openings(mesh, skin, patches)
+    planes = plane_faces(skin)
     found = proposals(mesh, structure, rounds, planes)
     notes = [*mesh.notes]
     if left:

@@ -127,7 +127,8 @@ def _supports(found: Survey) -> list[str]:
 
 
 def _interfaces(found: Survey) -> list[str]:
-    active, first = found.active, found.supported is None
+    active = found.active
+    first = found.supported is None
     parts = []
     for k, one in enumerate(active):
         root = "; the first interface carries the body frame" if first and k == 0 else ""

@@ -106,11 +106,13 @@ def element_size(extension: np.ndarray, volume: float, area: float) -> float:
 
 
 def _cad(path: Path, length_unit: str | None, size: float | None) -> Read:
-    unit, why = length_unit or "mm", "as given"
+    unit = length_unit or "mm"
+    why = "as given"
     extension, volume, area = cad_measures(path, 1.0)  # of a BREP file in its own unit
     if path.suffix.lower() in BREP:
         if length_unit is None:
-            unit, why = likely_unit(extension.max()), _why(likely_unit(extension.max()), extension.max())
+            unit = likely_unit(extension.max())
+            why = _why(likely_unit(extension.max()), extension.max())
         factor = 1.0
     else:
         factor = LENGTH_UNITS[unit]

@@ -64,7 +64,8 @@ def limit_curves(
     found: dict[str, np.ndarray] = {}
     for row in table.notch:
         for name in _limited(row, response):
-            values, key = _limit(row, name, response, body, folder, inputs), f"{name} ({_word(row)})"
+            values = _limit(row, name, response, body, folder, inputs)
+            key = f"{name} ({_word(row)})"
             found[key] = np.minimum(found[key], values) if key in found else values
     return found
 
@@ -96,7 +97,9 @@ def _limited(row: NotchTable, response: Response) -> list[str]:
 def _limit(
     row: NotchTable, name: str, response: Response, body: FlexibleBody, folder: Path, inputs: np.ndarray
 ) -> np.ndarray:
-    density, f, mass = response.kind == "random", response.axis, row.mass or body.m
+    density = response.kind == "random"
+    f = response.axis
+    mass = row.mass or body.m
     if row.limit is not None:
         unit = response.units[response.names.index(name)]
         try:
@@ -114,9 +117,14 @@ def _limit(
     driven = name.replace("force.", "")  # base.force.x follows base.x
     acceleration = np.abs(inputs[:, response.inputs.index(driven)])
     found = force_limit(
-        f, acceleration, mass=mass, factor=row.factor, break_frequency=row.break_frequency, rolloff=row.rolloff,
+        f,
+        acceleration,
+        mass=mass,
+        factor=row.factor,
+        break_frequency=row.break_frequency,
+        rolloff=row.rolloff,
         density=density,
-    )  # fmt: skip
+    )
     return np.where(acceleration > 0, found, np.inf)
 
 
@@ -150,7 +158,8 @@ def lowered(inputs: Mapping[str, Spectrum], cut: NotchedInput) -> dict[str, Spec
 
 def _points(inputs: Mapping[str, Spectrum], cut: NotchedInput, share: np.ndarray) -> np.ndarray:
     """Return the ends of the band, the points in notches with those beside them, and the corners of all tables."""
-    f, low = cut.frequency, share < 1
+    f = cut.frequency
+    low = share < 1
     near = low | np.roll(low, 1) | np.roll(low, -1)
     near[[0, -1]] = True
     corners = np.concatenate([x.frequency for x in inputs.values() if x.frequency is not None] or [np.zeros(0)])

@@ -98,8 +98,11 @@ def largest_error(error: ReductionError) -> float:
 
 def _between(name: str, value: float, bound: _Bounds, unit: str) -> Requirement:
     met = (bound.above is None or value >= bound.above) and (bound.below is None or value <= bound.below)
-    limits = [f"{word} {limit:g} {unit}" for word, limit in (("above", bound.above), ("below", bound.below))
-              if limit is not None]  # fmt: skip
+    limits = [
+        f"{word} {limit:g} {unit}"
+        for word, limit in (("above", bound.above), ("below", bound.below))
+        if limit is not None
+    ]
     return _judged(name, met, f"{value:.4g} {unit}", " and ".join(limits))
 
 

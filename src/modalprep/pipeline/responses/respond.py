@@ -59,15 +59,21 @@ def refuse_responses(source: Loaded) -> None:
     InputError
         Which names the table.
     """
-    pipeline, interfaces = source.pipeline, stand_in(source).interface_name
+    pipeline = source.pipeline
+    interfaces = stand_in(source).interface_name
     for name, table in pipeline.response.items():
         with naming(source.path), naming(f"[response.{name}]"):
-            inputs, known = table.inputs(source.folder), input_names(interfaces)
+            inputs = table.inputs(source.folder)
+            known = input_names(interfaces)
             for wrong in (key for key in inputs if key not in known):
                 raise InputError(f"there is no input {wrong!r}; {suggestion(wrong, known, 'there are')}")
             heads = [BASE, *interfaces, *pipeline.recovery]
-            used = [x for each in (*pipeline.srs.values(), *pipeline.fatigue.values()) if each.response == name
-                    for x in each.channels]  # fmt: skip
+            used = [
+                x
+                for each in (*pipeline.srs.values(), *pipeline.fatigue.values())
+                if each.response == name
+                for x in each.channels
+            ]
             named = [*table.channels, *used, *(each.channel for each in getattr(table, "notch", []))]
             for wrong in (x for x in named if x.split(".")[0] not in heads and pipeline.body is None):
                 raise InputError(f"there is no channel {wrong!r}; {suggestion(wrong, heads, 'they begin with')}")
@@ -84,7 +90,8 @@ def respond(source: Loaded, body: FlexibleBody, folder: Path, reporter: Reporter
     InputError
         When one of them cannot be computed; the files of those before remain.
     """
-    path, found = source.path, []
+    path = source.path
+    found = []
     for name, table in source.pipeline.response.items():
         stem = folder / f"{path.stem}-{name}"
         ends = ("response.h5", "response.csv", "peaks.csv", "response.png")

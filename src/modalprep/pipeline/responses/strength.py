@@ -53,7 +53,8 @@ def strength(
     InputError
         Which names the table.
     """
-    found, path = Strength(), source.path
+    found = Strength()
+    path = source.path
     tables_of = source.pipeline.srs, source.pipeline.fatigue
     for kind, tables, work in zip(("srs", "fatigue"), tables_of, (_shocks, _fatigue), strict=True):
         for name, table in tables.items():
@@ -77,9 +78,11 @@ def channels_of(table: OfChannels, source: Result | Response) -> tuple[np.ndarra
         When there is no such channel.
     """
     if isinstance(source, Result):
-        axis, known = source.time, source.table()
+        axis = source.time
+        known = source.table()
     else:
-        axis, known = source.axis, dict(zip(source.names, source.values.T, strict=True))
+        axis = source.axis
+        known = dict(zip(source.names, source.values.T, strict=True))
     found: Histories = {}
     for wanted in table.channels:
         some = {name: known[name] for name in matching(known, wanted)}

@@ -19,8 +19,10 @@ UNITS_OF = {  # of the parameters of ensembles, by a part of their names
     **dict.fromkeys(("rate", "angular_velocity"), ("rad/s",)),
     **dict.fromkeys(("displacement", "free_length"), ("m",)),
     **dict.fromkeys(("speed", "velocity"), ("m/s",)),
-    "stiffness": ("N/m", "N m/rad"), "damping": ("N s/m", "N m s/rad"), "gravity": ("m/s^2",),
-}  # fmt: skip
+    "stiffness": ("N/m", "N m/rad"),
+    "damping": ("N s/m", "N m s/rad"),
+    "gravity": ("m/s^2",),
+}
 Numbers = list[Annotated[float, TEXT_TOO]]
 
 

@@ -131,7 +131,8 @@ class BeamTable(Table):
         (2.4, 0.8, [70.0], [140.0])
         """
         beam = self.beam().chain
-        own, clamp = self.root.model_dump(exclude_unset=True), _table(beam.first)
+        own = self.root.model_dump(exclude_unset=True)
+        clamp = _table(beam.first)
         between = [HingeTable.model_validate(_table(joint)) for joint in beam.joint]
         return ChainTable(
             segment=_segment(self.beam()),
@@ -154,9 +155,11 @@ def _segment(beam: SegmentedBeam) -> BodyTable:
     values = beam.segment()
     interfaces = {name: place.tolist() for name, place in values["interfaces"].items()}
     return BodyTable(
-        mass=values["mass"], centre=values["centre"].tolist(), inertia=np.diag(values["inertia"]).tolist(),
+        mass=values["mass"],
+        centre=values["centre"].tolist(),
+        inertia=np.diag(values["inertia"]).tolist(),
         interfaces=interfaces,
-    )  # fmt: skip
+    )
 
 
 def _table(joint: Joint) -> dict[str, Any]:

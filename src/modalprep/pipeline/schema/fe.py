@@ -135,7 +135,7 @@ class StressTable(NodeSetTable):
 
 RecoveryKind = Literal[
     "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration", "displacement"
-]  # fmt: skip
+]
 
 
 class RecoveryTable(NodeSetTable):

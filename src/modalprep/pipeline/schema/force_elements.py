@@ -106,7 +106,8 @@ class ForceTable(Table):
         corners = np.sort(self.box, axis=0) if self.box is not None else np.array([[-np.inf] * 3, [np.inf] * 3])
         inside = np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
         if not np.any(inside):
-            low, high = points.min(axis=0), points.max(axis=0)
+            low = points.min(axis=0)
+            high = points.max(axis=0)
             raise InputError(f"no point of body {self.body!r} lies in the box; they lie between {low} and {high} m")
         shared = np.where(inside[:, None], np.array(self.force) / inside.sum(), 0.0)
         factor = time_function("factor", self.factor, scope.folder)
@@ -221,7 +222,8 @@ class ImmersedTable(Table):
         found = [body for body in scope.bodies if fnmatchcase(body, self.bodies)]
         if not found:
             raise InputError(f"no body is called {self.bodies!r}; {suggestion(self.bodies, scope.bodies, 'known are')}")
-        water, own = Water(**arrays_of(scope.water, scope)), self.model_dump(exclude={"bodies"})
+        water = Water(**arrays_of(scope.water, scope))
+        own = self.model_dump(exclude={"bodies"})
         return [ImmersedRod(name=f"{name}.{body}", body=body, water=water, **own) for body in found]
 
 

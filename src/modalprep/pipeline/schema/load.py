@@ -68,7 +68,8 @@ class Loaded:
         InputError
             When one of them cannot be read.
         """
-        found, todo = [self], self.body_files
+        found = [self]
+        todo = self.body_files
         while todo:
             path = todo.pop()
             if not any(same_file(path, other.path) for other in found):
@@ -188,7 +189,9 @@ def _keys(error: Any, data: Any) -> list[str]:
 
 def _line(text: str, keys: list[str]) -> int | None:
     """Return the line of a key: the last of its path found, table header first."""
-    found, start, lines = None, 0, text.splitlines()
+    found = None
+    start = 0
+    lines = text.splitlines()
     header = None
     for depth in range(len(keys), 0, -1):
         name = re.escape(".".join(keys[:depth]))

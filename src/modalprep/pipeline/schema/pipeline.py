@@ -78,9 +78,18 @@ OF_A_BODY = (
     "output.export",
 )
 OF_A_SYSTEM = (
-    "joints", "chains", "beams", "deployments", "controls", "closures", "couplers", "depletions", "jets", "environment",
+    "joints",
+    "chains",
+    "beams",
+    "deployments",
+    "controls",
+    "closures",
+    "couplers",
+    "depletions",
+    "jets",
+    "environment",
     *ForceElements.model_fields,
-)  # fmt: skip
+)
 
 
 class OutputTable(Table):

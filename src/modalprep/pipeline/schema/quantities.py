@@ -13,24 +13,48 @@ GRAVITY, INCH, POUND = 9.80665, 0.0254, 0.45359237
 BASES = ("kg", "m", "s", "rad", "A")
 MASS, LENGTH, TIME, ANGLE, CURRENT = range(5)
 FORCE, STRESS, WORK = (1, 1, -2, 0, 0), (1, -1, -2, 0, 0), (1, 2, -2, 0, 0)
-PER_TIME, POWER, FIELD, RATE = (0, 0, -1, 0, 0), (1, 2, -3, 0, 0), (1, 0, -2, 0, -1), (0, 0, -1, 1, 0)
+PER_TIME = (0, 0, -1, 0, 0)
+POWER = (1, 2, -3, 0, 0)
+FIELD = (1, 0, -2, 0, -1)
+RATE = (0, 0, -1, 1, 0)
 _BASE = [tuple(int(i == k) for i in range(5)) for k in range(5)]
 GROUPS: list[tuple[tuple[int, ...], dict[str, float]]] = [
-    (_BASE[MASS], {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "t": 1e3, "lbm": POUND, "lb": POUND,
-                   "slug": POUND * GRAVITY / (12 * INCH), "slinch": POUND * GRAVITY / INCH}),
+    (
+        _BASE[MASS],
+        {
+            "kg": 1.0,
+            "g": 1e-3,
+            "mg": 1e-6,
+            "t": 1e3,
+            "lbm": POUND,
+            "lb": POUND,
+            "slug": POUND * GRAVITY / (12 * INCH),
+            "slinch": POUND * GRAVITY / INCH,
+        },
+    ),
     (_BASE[LENGTH], {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "um": 1e-6, "km": 1e3, "in": INCH, "ft": 12 * INCH}),
     (_BASE[TIME], {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0, "day": 86400.0}),
     (_BASE[ANGLE], {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "rev": 2 * math.pi}),
     (_BASE[CURRENT], {"A": 1.0, "mA": 1e-3, "kA": 1e3}),
     (FORCE, {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "lbf": POUND * GRAVITY, "kgf": GRAVITY}),
-    (STRESS, {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "psi": POUND * GRAVITY / INCH**2,
-              "ksi": 1e3 * POUND * GRAVITY / INCH**2}),
+    (
+        STRESS,
+        {
+            "Pa": 1.0,
+            "kPa": 1e3,
+            "MPa": 1e6,
+            "GPa": 1e9,
+            "bar": 1e5,
+            "psi": POUND * GRAVITY / INCH**2,
+            "ksi": 1e3 * POUND * GRAVITY / INCH**2,
+        },
+    ),
     (WORK, {"J": 1.0, "kJ": 1e3, "Nm": 1.0}),
     (POWER, {"W": 1.0, "kW": 1e3}),
     ((0, 1, -2, 0, 0), {"gee": GRAVITY}),
     (FIELD, {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9}),
     (RATE, {"Hz": 2 * math.pi, "kHz": 2e3 * math.pi, "rpm": math.pi / 30}),
-]  # fmt: skip
+]
 # Decimal factors are fractions, so that 7.85 g/cm^3 is exactly 7850 kg/m^3.
 UNITS: dict[str, tuple[Fraction | float, tuple[int, ...]]] = {
     name: (factor if powers in (_BASE[ANGLE], RATE) else Fraction(str(factor)), powers)
@@ -38,10 +62,19 @@ UNITS: dict[str, tuple[Fraction | float, tuple[int, ...]]] = {
     for name, factor in names.items()
 }
 EXAMPLES = {
-    "m": "'2 mm' or 0.002", "Pa": "'210 GPa' or 2.1e11", "kg/m^3": "'7.85 g/cm^3' or 7850", "rad": "'90 deg' or 1.57",
-    "kg": "'500 g' or 0.5", "rad/s": "'5 rpm' or 0.52", "Hz": "'2 kHz' or 2000", "s": "'20 ms' or 0.02",
-    "N": "'2 kN' or 2000", "N/m": "'50 N/mm' or 50000", "m/s": "'36 km/h' or 10", "kg m^2": "'2 kg mm^2' or 2e-6",
-}  # fmt: skip
+    "m": "'2 mm' or 0.002",
+    "Pa": "'210 GPa' or 2.1e11",
+    "kg/m^3": "'7.85 g/cm^3' or 7850",
+    "rad": "'90 deg' or 1.57",
+    "kg": "'500 g' or 0.5",
+    "rad/s": "'5 rpm' or 0.52",
+    "Hz": "'2 kHz' or 2000",
+    "s": "'20 ms' or 0.02",
+    "N": "'2 kN' or 2000",
+    "N/m": "'50 N/mm' or 50000",
+    "m/s": "'36 km/h' or 10",
+    "kg m^2": "'2 kg mm^2' or 2e-6",
+}
 COORDINATES = (
     "near",
     "box",
@@ -72,7 +105,9 @@ def parse_unit(text: str) -> Unit | None:
     >>> parse_unit("N/mm2").factor, parse_unit("furlong")
     (1000000.0, None)
     """
-    factor, powers, sign = Fraction(1), [0] * 5, 1
+    factor = Fraction(1)
+    powers = [0] * 5
+    sign = 1
     for part in re.split(r"([/*·\s]+)", text.strip().replace("**", "^")):
         if not part or not part.strip(" *·\t"):
             continue
@@ -84,7 +119,8 @@ def parse_unit(text: str) -> Unit | None:
         if name not in UNITS and name != "1":
             return None
         own, dimension = UNITS.get(name, (Fraction(1), (0,) * 5))
-        power, sign = sign * int(found[2] or 1), 1
+        power = sign * int(found[2] or 1)
+        sign = 1
         factor *= own**power
         powers = [p + power * d for p, d in zip(powers, dimension, strict=True)]
     return Unit(float(factor), tuple(powers))

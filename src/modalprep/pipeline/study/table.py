@@ -71,9 +71,7 @@ def study_table(rows: Sequence[Mapping[str, Any]]) -> StudyTable:
 def _renamed(rows: Sequence[Mapping[str, Any]], taken: Sequence[str], other: str) -> dict[str, list[Cell]]:
     """Return rows as columns, in the order in which their names come first."""
     names = dict.fromkeys(name for row in rows for name in row)
-    return {
-        other.format(name) if name in taken else name: [_cell(row.get(name)) for row in rows] for name in names
-    }  # fmt: skip
+    return {other.format(name) if name in taken else name: [_cell(row.get(name)) for row in rows] for name in names}
 
 
 def _in_one_unit(name: str, cells: list[Cell]) -> tuple[str, list[Cell]]:

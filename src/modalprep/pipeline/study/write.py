@@ -49,7 +49,8 @@ def write_study(rows: Sequence[Mapping[str, Any]], folder: Path, name: str = "st
     >>> (folder / "study.csv").read_text().split()
     ['job,status,verdict,cause,seconds,mass_kg', 'a,done,,,,1.5']
     """
-    table, why = study_table(rows), missing("pyarrow", f"{name}.parquet")
+    table = study_table(rows)
+    why = missing("pyarrow", f"{name}.parquet")
     files = [_write_csv(table, folder / f"{name}.csv")]
     if why:
         (folder / f"{name}.parquet").unlink(missing_ok=True)  # which would be older than the others

@@ -199,7 +199,8 @@ def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
     if found.table.response is not None:
         _response(found, stem, reporter)
     if found.sweep is not None:
-        table, reference = found.table.sweep, [curve.model_dump() for curve in found.table.sweep.reference]
+        table = found.table.sweep
+        reference = [curve.model_dump() for curve in found.table.sweep.reference]
         reporter.wrote(write_sweep(found.sweep, table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
         target = stem.with_name(f"{stem.name}-sweep.png")
         reporter.wrote(sweep_plot(found.sweep, table.modes, target, label=table.label, reference=reference))

@@ -80,8 +80,10 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
 
 def _refuse_wrong_drive(table: JointTable, translations: int, rotations: int) -> None:
     """Refuse a force along what only turns, and a torque about what only slides."""
-    for key, other, count, others in (("force", "torque", translations, rotations),
-                                      ("torque", "force", rotations, translations)):  # fmt: skip
+    for key, other, count, others in (
+        ("force", "torque", translations, rotations),
+        ("torque", "force", rotations, translations),
+    ):
         if getattr(table, key) is not None and not count:
             motion = "turn" if key == "torque" else "slide"
             advice = f"give {other}" if others else "leave it out"

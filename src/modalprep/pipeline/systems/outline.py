@@ -32,9 +32,17 @@ from modalprep.pipeline.systems.read import in_theory, system_of
 from modalprep.suggest import matching, refuse_unknown
 
 OF_MODES = (  # channels of a body that its stand-in does not have
-    "modal", "stress", "mass", "recovery", "interface_loads", "modal_rate", "modal_acceleration", "frame_acceleration",
-    "frame_angular_velocity", "frame_angular_acceleration",
-)  # fmt: skip
+    "modal",
+    "stress",
+    "mass",
+    "recovery",
+    "interface_loads",
+    "modal_rate",
+    "modal_acceleration",
+    "frame_acceleration",
+    "frame_angular_velocity",
+    "frame_angular_acceleration",
+)
 
 
 @lru_cache(maxsize=1)  # the stages of a run ask again

@@ -98,7 +98,8 @@ def simulate_pipeline(
     if target is None:
         refuse_shared_folders(source, output)
     folder = target.parent if target else output_folder(path, output)
-    own, target = target is None, target or folder / f"{path.stem}-run.h5"
+    own = target is None
+    target = target or folder / f"{path.stem}-run.h5"
     stem = folder / path.stem
     written = (target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html"))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run

@@ -138,7 +138,8 @@ def recovery_convergence(
     top = float(spans.frequency[-1] / 2 if up_to is None else up_to)
     loads = asked or [Asked("", body_loads(body), np.ones_like, 0.0, top, DAMPING)]
     count = counts(n)
-    error, share = np.zeros((len(body.recovery), len(count))), np.ones(len(body.recovery))
+    error = np.zeros((len(body.recovery), len(count)))
+    share = np.ones(len(body.recovery))
     for one in loads:
         f = harmonic_frequencies(body.K, one)
         most = max(FEWEST, WORK // (body.n * len(f) * one.columns.shape[1]))
@@ -195,14 +196,17 @@ def directions(body: Any, spans: Any, number: int, top: float) -> Directions:
     """Return what a body with the first modes can do; truncation vectors act statically, as in responses (11.1)."""
     K = body.K
     loose = np.eye(len(K))[:, K <= 0]
-    first, answers = spans.modes[:, :number], spans.answers
+    first = spans.modes[:, :number]
+    answers = spans.answers
     rest = answers - first @ (first.T @ answers)
     energy, left = (np.einsum("n,nm,nm->m", K, x, x) for x in (answers, rest))
     rest = rest[:, left > ENERGY * energy.max(initial=0.0)]
-    unit, stiff = csr_array(np.eye(len(K))), csr_array(np.diag(K))
+    unit = csr_array(np.eye(len(K)))
+    stiff = csr_array(np.diag(K))
     W = np.hstack([spans.others, first, rest])
     w2, Y = ritz(W[:, np.any(W, axis=0)], stiff, unit, loose)
-    w, mass = np.sqrt(w2), np.ones(len(w2))
+    w = np.sqrt(w2)
+    mass = np.ones(len(w2))
     complete = min([body.modes.complete_below, *spans.frequency[number : number + 1]])
     if rest.shape[1] and complete < top:
         share = (Y.T @ ritz(rest, stiff, unit)[1]) ** 2
@@ -214,7 +218,8 @@ def _figures(
     body: Any, some: Directions, asked: Asked, f: np.ndarray, blocks: list[Any]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return, of each recovery, the peaks (p, c, m) and the root mean squares over a band."""
-    s, forces = 2 * np.pi * f[:, None], unit_forces(body) @ asked.columns
+    s = 2 * np.pi * f[:, None]
+    forces = unit_forces(body) @ asked.columns
     size = asked.size(np.broadcast_to(f[:, None], (len(f), forces.shape[1])))
     gap = some.w**2 - some.mass * (s**2 - 2j * asked.damping * some.w * s)
     p = (some.Y.T @ forces)[None] / np.where(gap == 0, np.inf, gap)[..., None] * size[:, None]
@@ -256,6 +261,7 @@ def _thinned(block: Any, most: int) -> Any:
     arrays = {name: getattr(block, name) for name in ("q", "qdd", "loads", "position", "node", "cell")}
     units = block.units if len(block.units) == c else tuple(np.reshape(block.units, (p, c))[some].ravel().tolist())
     return block.with_(
-        places=tuple(block.places[i] for i in some), units=units,
+        places=tuple(block.places[i] for i in some),
+        units=units,
         **{name: array[some] for name, array in arrays.items() if array is not None},
-    )  # fmt: skip
+    )

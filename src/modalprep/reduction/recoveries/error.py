@@ -117,7 +117,8 @@ def largest_difference(units: tuple[str, ...], found: np.ndarray, full: np.ndarr
     >>> largest_difference(("N", "N m"), full + 0.5, full)
     0.5
     """
-    own, worst = np.broadcast_to(np.reshape(units, (-1, full.shape[1])), full.shape[:2]), 0.0
+    own = np.broadcast_to(np.reshape(units, (-1, full.shape[1])), full.shape[:2])
+    worst = 0.0
     for unit in set(units):
         size, off = (np.abs(x[own == unit]).max(axis=0, initial=0.0) for x in (full, found - full))
         real = size > NEGLIGIBLE * size.max(initial=0.0)

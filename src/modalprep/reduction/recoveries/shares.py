@@ -36,8 +36,10 @@ def recovery_shares(recovery: ModelRecovery, loads: JudgedLoads) -> dict[str, li
     ----------
     Theory 3.6.
     """
-    return {name: _shares(name, Contributions.of(q, loads), q.places, q.components)
-            for name, q in recovery.quantities.items()}  # fmt: skip
+    return {
+        name: _shares(name, Contributions.of(q, loads), q.places, q.components)
+        for name, q in recovery.quantities.items()
+    }
 
 
 def _shares(name: str, found: Contributions, places: tuple[str, ...], components: tuple[str, ...]) -> list[Share]:

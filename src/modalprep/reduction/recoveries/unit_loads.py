@@ -137,7 +137,8 @@ def _interfaces(clamped: Clamped, scale: np.ndarray):
     for k, frame in enumerate(others, start=1):
         moved = np.zeros((clamped.K.shape[0], 6))
         own = slice(6 * k, 6 * k + 6)
-        moved[clamped.b[own], np.arange(6)], moved[clamped.i] = 1.0, clamped.Psi[:, own]
+        moved[clamped.b[own], np.arange(6)] = 1.0
+        moved[clamped.i] = clamped.Psi[:, own]
         moved *= scale
         yield _directions(f"acceleration of {frame.name}"), -(clamped.M @ moved)[clamped.i], moved, np.zeros((12, 6))
 
@@ -184,7 +185,8 @@ class Contributions(NamedTuple):
         still = np.zeros_like(loads.modes)
         none = np.zeros((12, loads.modes.shape[1]))
         if quantity.kind != ACCELERATION:
-            modal, complete = quantity.values(Fields(loads.modes, still, none)), quantity.values(loads.fields)
+            modal = quantity.values(Fields(loads.modes, still, none))
+            complete = quantity.values(loads.fields)
             return cls(complete, modal, loads.force / loads.w2[:, None], loads.label, groups)
         _, a, drives = (x[:, loads.moves] for x in loads.fields)
         complete = quantity.values(Fields(np.zeros_like(a), a, drives))

@@ -49,17 +49,32 @@ def cumulative_plot(body: FlexibleBody, path: str | Path) -> Path:
     'sum.png'
     """
     figure = Figure(figsize=(9.0, 3.9), layout="constrained")
-    axes, moving = figure.add_subplot(), body.frequency > 0
-    frequency, found = body.frequency[moving], cumulative_mass(body)[moving]
+    axes = figure.add_subplot()
+    moving = body.frequency > 0
+    frequency = body.frequency[moving]
+    found = cumulative_mass(body)[moving]
     for k, name in enumerate(DIRECTIONS):
         axes.step(
-            np.append(frequency[:1], frequency), np.append(0 * found[:1, k], found[:, k]), where="post", linewidth=2,
-            label=name if k < 3 else f"about {name[1]}", color=CURVES[k % 6], linestyle=LINES[k // 3],
-        )  # fmt: skip
+            np.append(frequency[:1], frequency),
+            np.append(0 * found[:1, k], found[:, k]),
+            where="post",
+            linewidth=2,
+            label=name if k < 3 else f"about {name[1]}",
+            color=CURVES[k % 6],
+            linestyle=LINES[k // 3],
+        )
     for target in TARGETS:
         axes.axhline(target, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
-        axes.annotate(f"{target:.0f} %", (1.0, target), xycoords=("axes fraction", "data"), fontsize=9, color=GREY,
-                      xytext=(4, 0), textcoords="offset points", va="center")  # fmt: skip
+        axes.annotate(
+            f"{target:.0f} %",
+            (1.0, target),
+            xycoords=("axes fraction", "data"),
+            fontsize=9,
+            color=GREY,
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+        )
     axes.set_xscale("log")
     plain_decades(axes.xaxis)
     axes.set_ylim(0, 105)

@@ -38,7 +38,8 @@ def page_text(
         What the scripts of the page read.
     """
     date = now()
-    found, box = [*sections, sign_off(f"{name}: {kind}", date)], verdict_box(verdict)
+    found = [*sections, sign_off(f"{name}: {kind}", date)]
+    box = verdict_box(verdict)
     return framed(name, kind, lead, date, box, found, data=data, scripts=("viewer.js",) if data else ())
 
 

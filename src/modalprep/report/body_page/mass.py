@@ -79,7 +79,8 @@ def inertia_table(body: FlexibleBody) -> Table:
     ('mass', 'kg', 12.0, None, None)
     """
     centre = body.s0 / body.m
-    about_root, central = inertia_tensor(body.E0), central_inertia(body)
+    about_root = inertia_tensor(body.E0)
+    central = central_inertia(body)
     moments, axes = np.linalg.eigh(central)
     axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0, -1, 1)
     factor, unit = (1.0, "kg m²") if about_root.max() > SMALL else (1e6, "kg mm²")
@@ -105,7 +106,8 @@ def _clean(vector: np.ndarray) -> list[float]:
 
 def mass_balance(body: FlexibleBody) -> Table:
     """Return the effective mass of the modes, what the held root has, and what is left, up to the mass of the body."""
-    whole, moved = totals(body), (participation(body) ** 2).sum(axis=0)
+    whole = totals(body)
+    moved = (participation(body) ** 2).sum(axis=0)
     held = body.modes.held
     parts = {"modes of the body": moved}
     if held is None:

@@ -26,12 +26,14 @@ def mode_tables(body: FlexibleBody) -> list[Table]:
     meaning; the table then has frequencies and damping only. Effective masses below `NEGLIGIBLE` are zero.
     """
     damping = 100 * body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))
-    numbers, names = range(1, body.n + 1), body.mode_names or ("",) * body.n
+    numbers = range(1, body.n + 1)
+    names = body.mode_names or ("",) * body.n
     first = list(zip(numbers, names, body.frequency.tolist(), floating(body).tolist(), damping.tolist(), strict=True))
     marks = [f"mode-{mode}" for mode in numbers]
     if not (body.at_root and body.normalised):
         return [Table(name="modes", columns=FIRST, rows=first, marks=marks)]
-    factor, whole = participation(body), totals(body)
+    factor = participation(body)
+    whole = totals(body)
     factor = np.where(factor**2 > NEGLIGIBLE * whole, factor, 0.0)
     short = [(row[0], row[2]) for row in first]
     return [_shares(first, factor**2, whole, marks), _masses(short, factor**2, whole), _factors(short, factor)]
@@ -99,10 +101,17 @@ def selection_csv(table: ModeTable) -> str:
     """Return the candidates as text of a CSV file: effective mass in kg, kg m² and %, whether kept and why."""
     units = [f"{d} ({unit})" for d, unit in zip(DIRECTIONS, UNITS, strict=True)]
     rows: list[tuple[Any, ...]] = [
-        (k + 1, kind, float(table.frequency[k]), *table.effective_mass[k].tolist(),
-         *(100 * table.fraction[k]).tolist(), bool(table.kept[k]), table.reason[k])
+        (
+            k + 1,
+            kind,
+            float(table.frequency[k]),
+            *table.effective_mass[k].tolist(),
+            *(100 * table.fraction[k]).tolist(),
+            bool(table.kept[k]),
+            table.reason[k],
+        )
         for k, kind in enumerate(table.kind)
-    ]  # fmt: skip
+    ]
     columns = ("no.", "kind", "Hz", *units, *(f"{d} %" for d in DIRECTIONS), "kept", "reason")
     return Table(name="mode-selection", columns=columns, rows=rows).csv()
 
@@ -110,10 +119,17 @@ def selection_csv(table: ModeTable) -> str:
 def recovery_table(body: FlexibleBody) -> Table:
     """Return what the body recovers: kind, places, components with units, allowable."""
     rows: list[tuple[Any, ...]] = [
-        (name, block.kind, len(block.places), _listed(block.places), _listed(block.components), _units(block.units),
-         _allowable(block.allowable, block.units))
+        (
+            name,
+            block.kind,
+            len(block.places),
+            _listed(block.places),
+            _listed(block.components),
+            _units(block.units),
+            _allowable(block.allowable, block.units),
+        )
         for name, block in body.recovery.items()
-    ]  # fmt: skip
+    ]
     rows += [
         (name, "stress at a point", 1, name, _listed(at.components), "Pa", "none given")
         for name, at in body.stress.items()

@@ -174,8 +174,12 @@ def extremes_table(envelopes: Sequence[Envelope]) -> Table:
         pairs = zip(envelope.worst(), envelope_rows([envelope]), strict=True)
         rows += [(*cells[:-1], _allowed(envelope, row), cells[-1]) for row, cells in pairs]
     columns = (*ENVELOPE[:-1], "allowable", "margin of safety")
-    return Table(name="extremes", columns=columns, rows=rows, caption="Extremes over the run; a negative margin of "
-                 "safety means that an allowable is exceeded.")  # fmt: skip
+    return Table(
+        name="extremes",
+        columns=columns,
+        rows=rows,
+        caption="Extremes over the run; a negative margin of safety means that an allowable is exceeded.",
+    )
 
 
 def _allowed(envelope: Envelope, row: Mapping[str, Any]) -> str:
@@ -194,10 +198,15 @@ def errors(curves: Mapping[str, tuple[Any, Any]] | None, axes: tuple[str, str]) 
         _drawn(error_plot, curves, xlabel=x, ylabel=y)
     )
     tables = [
-        Table(name=f"error-{number}", columns=(x, y), caption=f"{label}:", forms={y: ".2e"},
-              rows=list(zip(np.ravel(at).tolist(), np.ravel(values).tolist(), strict=True)))
+        Table(
+            name=f"error-{number}",
+            columns=(x, y),
+            caption=f"{label}:",
+            forms={y: ".2e"},
+            rows=list(zip(np.ravel(at).tolist(), np.ravel(values).tolist(), strict=True)),
+        )
         for number, (label, (at, values)) in enumerate(curves.items(), start=1)
-    ]  # fmt: skip
+    ]
     html = drawn + part("tables.html", text="", tables=tables)
     return [Section(title="Errors against the full model", anchor="errors", html=html)]
 

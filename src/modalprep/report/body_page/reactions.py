@@ -56,7 +56,8 @@ def gravity_reactions(body: FlexibleBody, held: Sequence[str] = ()) -> np.ndarra
         raise InputError(f"the body has no interface {missing[0]!r}; it has {', '.join(body.interface_name)}")
     rows = [body.interface_name.index(name) for name in held]
     other = _reactions(body, rows)
-    force, moment = -G * body.m * UNIT, -G * np.array([np.cross(body.s0, axis) for axis in UNIT])
+    force = -G * body.m * UNIT
+    moment = -G * np.array([np.cross(body.s0, axis) for axis in UNIT])
     for k, row in enumerate(rows):
         force = force - other[:, k, :3]
         moment = moment - other[:, k, 3:] - other[:, k, :3] @ skew(body.interface_position[row]).T
@@ -68,6 +69,7 @@ def _reactions(body: FlexibleBody, rows: Sequence[int]) -> np.ndarray:
     if not rows:
         return np.zeros((3, 0, 6))
     A = np.concatenate([np.concatenate([body.phi[row], body.psi[row]]) for row in rows])
-    A, load = A / np.sqrt(body.K), G * body.S.T / np.sqrt(body.K)[:, None]
+    A = A / np.sqrt(body.K)
+    load = G * body.S.T / np.sqrt(body.K)[:, None]
     r = -np.linalg.lstsq(A @ A.T, A @ load, rcond=1e-12)[0]
     return r.T.reshape(3, len(rows), 6)

@@ -27,11 +27,14 @@ def of_envelopes(envelopes: Iterable[Envelope]) -> list[Requirement]:
     rows = [row for envelope in envelopes for row in envelope.worst()]
     known = [row for row in rows if row["margin"] == row["margin"]]
     found = [
-        Requirement(name=f"margin of {row['body']}.{row['recovery']} {row['component']}", anchor="recovered",
-                    result=PASSED if float(row["margin"]) >= 0 else FAILED,
-                    says=f"{margin_of_safety(float(row['margin']))} at {row['place']}")
+        Requirement(
+            name=f"margin of {row['body']}.{row['recovery']} {row['component']}",
+            anchor="recovered",
+            result=PASSED if float(row["margin"]) >= 0 else FAILED,
+            says=f"{margin_of_safety(float(row['margin']))} at {row['place']}",
+        )
         for row in known
-    ]  # fmt: skip
+    ]
     if len(known) < len(rows):
         says = f"{len(rows) - len(known)} components of the recoveries have no allowable"
         found.append(Requirement(name="margins", result=UNCHECKED, anchor="recovered", says=says))
@@ -50,7 +53,8 @@ def of_errors(curves: Mapping[str, tuple[Any, Any]] | None, limits: Mapping[str,
         return [Requirement(name="error against the full model", result=UNCHECKED, says=NOT_MEASURED)]
     found = []
     for label, (_, values) in curves.items():
-        worst, limit = float(np.max(values, initial=0.0)), limits.get(label)
+        worst = float(np.max(values, initial=0.0))
+        limit = limits.get(label)
         result = UNCHECKED if limit is None else PASSED if worst <= limit else FAILED
         asked = "no limit is given: target_error sets one" if limit is None else f"limit {limit:.0e}"
         name = f"error of {label}"
@@ -61,10 +65,15 @@ def of_errors(curves: Mapping[str, tuple[Any, Any]] | None, limits: Mapping[str,
 def of_response(name: str, response: Response) -> list[Requirement]:
     """Return the requirements of the margins of a response."""
     return [
-        Requirement(name=f"margin of {peak.channel} in response {name}", result=PASSED if peak.margin >= 0 else FAILED,
-                    says=margin_of_safety(peak.margin), anchor=anchor_of("response", name))
-        for peak in response.worst() if peak.margin == peak.margin
-    ]  # fmt: skip
+        Requirement(
+            name=f"margin of {peak.channel} in response {name}",
+            result=PASSED if peak.margin >= 0 else FAILED,
+            says=margin_of_safety(peak.margin),
+            anchor=anchor_of("response", name),
+        )
+        for peak in response.worst()
+        if peak.margin == peak.margin
+    ]
 
 
 def of_damage(name: str, damage: Mapping[str, Fatigue]) -> Requirement:

@@ -43,7 +43,9 @@ def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
 def draw_effective_mass(axes: Axes, table: ModeTable) -> None:
     """Draw the chart of `effective_mass_plot` into axes: the largest vectors in colours, all others in grey."""
     share = np.where(table.kept[:, None], 100 * np.nan_to_num(table.fraction), 0.0)
-    named, left, key = _named(share), np.zeros(6), []
+    named = _named(share)
+    left = np.zeros(6)
+    key = []
     for rank, k in enumerate(named):
         style = {"facecolor": COLOURS[rank % len(COLOURS)], "hatch": HATCHES[rank // len(COLOURS)]}
         _stack(axes, share[k], left, style, (f"{k + 1}: {_words(table, k)}", f"{k + 1}"))

@@ -87,8 +87,17 @@ def draw_histories(
         axes.plot(run.time, y, label=named(label), linewidth=2.2, zorder=3 - order / len(curves), **style)
     _note_exits(axes, results, curves)
     for mark, point in zip("osD^v" * len(points), points, strict=False):
-        axes.plot(point["t"], point["y"], mark, color=INK, markerfacecolor="white", markersize=7.5,
-                  markeredgewidth=1.4, zorder=4, label=named(point["label"]))  # fmt: skip
+        axes.plot(
+            point["t"],
+            point["y"],
+            mark,
+            color=INK,
+            markerfacecolor="white",
+            markersize=7.5,
+            markeredgewidth=1.4,
+            zorder=4,
+            label=named(point["label"]),
+        )
     axes.set_xlabel("time (s)")
     axes.set_ylabel(ylabel or ", ".join(channels))
     add_head(axes, title)
@@ -134,7 +143,8 @@ def _limits(values: Sequence[np.ndarray], margin: float | tuple[float, float]) -
     known = _finite(values)
     if not known.size:
         return None
-    low, high = known.min(), known.max()
+    low = known.min()
+    high = known.max()
     # a value constant up to round-off is drawn as a constant
     span = high - low if high - low > 1e-9 * max(abs(low), abs(high)) else max(abs(low), abs(high)) or 1.0
     below, above = np.broadcast_to(margin, 2)
@@ -165,8 +175,10 @@ def _exit(y: np.ndarray, limits: tuple[float, float]) -> int:
 
 def _note(axes: Axes, name: str, time: np.ndarray, y: np.ndarray, first: int, colour: str, above: int) -> None:
     """Write a note where the curve of a diverging run leaves; `above` is the number of notes already there."""
-    (low, high), width = axes.get_ylim(), axes.get_xlim()[1]
-    t, down = float(time[first]), not y[first] > high
+    low, high = axes.get_ylim()
+    width = axes.get_xlim()[1]
+    t = float(time[first])
+    down = not y[first] > high
     late = t > 0.6 * width
     step = (high - low) * (0.085 + 0.17 * above)
     end = f",\nreaches {y[-1]:.3g} at t = {time[-1]:.1f} s" if np.isfinite(y[-1]) else ""
@@ -193,8 +205,17 @@ def add_head(axes: Axes, title: str) -> None:
     place = 1.0 if rows else None  # above a legend; else matplotlib looks for the power of ten of the ticks
     axes.set_title(title, loc="left", fontsize=14, fontweight="bold", color=INK, pad=8 + 16 * rows, y=place)
     if rows:
-        axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 1.0), ncols=columns, frameon=False, fontsize=9.5,
-                    borderaxespad=0.3, columnspacing=1.6, handlelength=2.0, handletextpad=0.6)  # fmt: skip
+        axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(-0.008, 1.0),
+            ncols=columns,
+            frameon=False,
+            fontsize=9.5,
+            borderaxespad=0.3,
+            columnspacing=1.6,
+            handlelength=2.0,
+            handletextpad=0.6,
+        )
 
 
 def error_plot(

@@ -88,7 +88,9 @@ def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: 
     if test_cells is None:
         right, parts, notes = _expanded(found, analysis, moved, factor, cells)
     else:
-        right, parts, notes = ModeSetPart(test.points, moved), test_cells, []
+        right = ModeSetPart(test.points, moved)
+        parts = test_cells
+        notes = []
     shift = _shift(analysis.points)
     points = np.concatenate([analysis.points, right.points + shift])
     some = np.arange(0, len(test.points), -(-len(test.points) // SENSORS)) if test_cells is None else np.zeros(0, int)
@@ -128,7 +130,8 @@ class ModeSetPart:
 def _factors(found: Correlation) -> np.ndarray:
     """Return what brings each test mode to the sign and the size of its partner at the sensors."""
     known = found.test.measured
-    a, b = found.test.shape[known][:, found.pairs[:, 0]], found.analysis.shape[known][:, found.pairs[:, 1]]
+    a = found.test.shape[known][:, found.pairs[:, 0]]
+    b = found.analysis.shape[known][:, found.pairs[:, 1]]
     size = np.linalg.norm(a, axis=0)
     same = np.where(np.einsum("ij,ij->j", a, b) < 0, -1.0, 1.0)
     return same * np.linalg.norm(b, axis=0) / np.where(size > 0, size, 1.0)

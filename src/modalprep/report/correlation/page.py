@@ -21,9 +21,17 @@ from modalprep.report.tables import hertz
 
 LISTED = 20  # components of the lowest COMAC
 COLUMNS = (
-    "pair", "test mode", "analysis mode", "test Hz", "analysis Hz", "difference %", "MAC", "orthogonality",
-    "test damping %", "analysis damping %",
-)  # fmt: skip
+    "pair",
+    "test mode",
+    "analysis mode",
+    "test Hz",
+    "analysis Hz",
+    "difference %",
+    "MAC",
+    "orthogonality",
+    "test damping %",
+    "analysis damping %",
+)
 
 
 def write_pairs_page(found: Correlation, drawn: Drawn | None, path: str | Path) -> Path:

@@ -19,9 +19,16 @@ WORST = 5  # listed components of the lowest COMAC
 DISAGREES = 0.9  # COMAC below which a component is listed
 
 HEADS = (
-    "test", "analysis", "test Hz", "analysis Hz", "diff. %", "MAC", "orthogonality", "test damping %",
+    "test",
+    "analysis",
+    "test Hz",
+    "analysis Hz",
+    "diff. %",
+    "MAC",
+    "orthogonality",
+    "test damping %",
     "analysis damping %",
-)  # fmt: skip
+)
 
 
 def correlation_table(found: Correlation, console: Console) -> None:
@@ -46,9 +53,16 @@ def correlation_table(found: Correlation, console: Console) -> None:
     for row in found.rows():
         test, analysis, f_test, f_analysis, off, mac, cross, d_test, d_analysis = row.values()
         rich.add_row(
-            str(test), str(analysis), hertz(f_test), hertz(f_analysis), _known(off, "+.2f"), f"{mac:.3f}",
-            _known(cross, ".3f"), _known(d_test, ".2f"), _known(d_analysis, ".2f"),
-        )  # fmt: skip
+            str(test),
+            str(analysis),
+            hertz(f_test),
+            hertz(f_analysis),
+            _known(off, "+.2f"),
+            f"{mac:.3f}",
+            _known(cross, ".3f"),
+            _known(d_test, ".2f"),
+            _known(d_analysis, ".2f"),
+        )
     print_table(rich, console)
     worst = [f"{sensor}{component} {value}" for sensor, component, value in worst_components(found, WORST)]
     for text in (*unpaired(found), *([f"lowest COMAC: {', '.join(worst)}"] if worst else [])):

@@ -36,7 +36,8 @@ def sensitivity_table(found: Sensitivities, console: Console) -> None:
     ...
     modulus of the material of beam   7e+10 Pa  +0.500  +0.500
     """
-    order, count = _most_influential(found), min(COLUMNS, len(found.frequency))
+    order = _most_influential(found)
+    count = min(COLUMNS, len(found.frequency))
     console.print(Text.assemble(("Sensitivity of the frequencies", "bold"), ", % per %"))
     table = plain_table()
     table.add_column("parameter", no_wrap=True)
@@ -77,9 +78,11 @@ def sensitivity_plot(found: Sensitivities, path: str | Path) -> Path:
     Path
         The file.
     """
-    order, count = _most_influential(found), min(DRAWN, len(found.frequency))
+    order = _most_influential(found)
+    count = min(DRAWN, len(found.frequency))
     values = found.relative[:count, order].T
-    rows, largest = len(order), np.abs(values).max(initial=1e-12)
+    rows = len(order)
+    largest = np.abs(values).max(initial=1e-12)
     figure = Figure(figsize=(min(14, 4.6 + 0.52 * count), 1.9 + 0.34 * rows), layout="constrained")
     axes = figure.add_subplot()
     axes.imshow(values, cmap="RdBu_r", vmin=-largest, vmax=largest, aspect="auto")

@@ -45,9 +45,14 @@ def track_table(study: Study, console: Console) -> None:
     for row in study.summary():
         places = sorted({row["first_place"], row["last_place"]})
         table.add_row(
-            str(row["mode"]), str(row["cases"]), hertz(row["lowest_Hz"]), hertz(row["highest_Hz"]),
-            " to ".join(map(str, places)), f"{row['mac']:.2f}", style="yellow" if row["uncertain"] else None,
-        )  # fmt: skip
+            str(row["mode"]),
+            str(row["cases"]),
+            hertz(row["lowest_Hz"]),
+            hertz(row["highest_Hz"]),
+            " to ".join(map(str, places)),
+            f"{row['mac']:.2f}",
+            style="yellow" if row["uncertain"] else None,
+        )
     print_table(table, console)
     said = study.uncertainties()
     for text in said[:SAID]:
@@ -103,7 +108,9 @@ def _level(study: Study, axis: int, place: int) -> str:
 
 def _panel(axes: Axes, study: Study, along: int, fixed: dict[int, int]) -> dict[int, tuple[float, float]]:
     """Draw the modes over one parameter, the others being held; return the end of each curve."""
-    levels, torn, ends = study.levels[along], study._torn(), {}
+    levels = study.levels[along]
+    torn = study._torn()
+    ends = {}
     numeric = all(isinstance(value, int | float) and not isinstance(value, bool) for value in levels)
     at = np.asarray(levels, dtype=float) if numeric else np.arange(len(levels))
     hollow = {(place, int(study.tracks.number[place][k])) for place, k in study.tracks.low_mac}
@@ -144,6 +151,14 @@ def _labels(axes: Axes, ends: dict[int, tuple[float, float]]) -> None:
         at[1] = max([at[1], *(height + APART for height in near)])
         placed.append(at)
         axes.annotate(
-            str(mode + 1), at, xytext=(7, 0), xycoords="axes fraction", textcoords="offset points",
-            va="center", fontsize=9, color=CURVES[mode % 6], fontweight="bold", annotation_clip=False,
-        )  # fmt: skip
+            str(mode + 1),
+            at,
+            xytext=(7, 0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="center",
+            fontsize=9,
+            color=CURVES[mode % 6],
+            fontweight="bold",
+            annotation_clip=False,
+        )

@@ -36,8 +36,9 @@ def _verdicts(jobs: list[dict[str, Any]]) -> list[str]:
     failed = [f"{name} ({verdict.reasons[0]})" for name, verdict in known.items() if verdict.word == FAIL]
     if failed:
         said.append(f"Not met: {'; '.join(failed[:SHOWN])}{_more(failed)}.")
-    warned = Counter(warning for verdict in known.values() if verdict.word in (FAIL, WARNED)
-                     for warning in verdict.warnings)  # fmt: skip
+    warned = Counter(
+        warning for verdict in known.values() if verdict.word in (FAIL, WARNED) for warning in verdict.warnings
+    )
     said += [f"{count} job{'s' * (count > 1)}: {text}." for text, count in warned.most_common(SHOWN)]
     return said
 

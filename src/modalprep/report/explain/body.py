@@ -83,7 +83,8 @@ def _dominant(body: FlexibleBody) -> list[str]:
 
 
 def _range(body: FlexibleBody) -> str:
-    table, top = body.modes, highest_mode(body)
+    table = body.modes
+    top = highest_mode(body)
     kept = f"{int(np.count_nonzero(table.kept))} of {len(table.kind)} candidate vectors are kept" if table.kind else ""
     return (
         f"{kept or f'It has {body.n} modes'}, the highest mode of the structure at {top:.4g} Hz: trust its vibrations "
@@ -93,7 +94,8 @@ def _range(body: FlexibleBody) -> str:
 
 def _damping(body: FlexibleBody) -> str:
     ratio = body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, np.inf)))
-    low, high = 100 * ratio[body.K > 0].min(initial=1.0), 100 * ratio.max(initial=0.0)
+    low = 100 * ratio[body.K > 0].min(initial=1.0)
+    high = 100 * ratio.max(initial=0.0)
     if not high > 0:
         return "It has no damping: resonances grow without bound; give 'damping', 0.005 to 0.03 for most structures."
     span = f"{high:.3g} %" if high - low < 0.01 * high else f"{low:.3g} to {high:.3g} %"

@@ -10,9 +10,11 @@ from modalprep.response.result import Response
 from modalprep.verdicts.notes import warnings_of
 
 KINDS = {
-    "harmonic": "The harmonic response", "sweep": "The response to a swept sine", "random": "The random response",
+    "harmonic": "The harmonic response",
+    "sweep": "The response to a swept sine",
+    "random": "The random response",
     "transient": "The transient response",
-}  # fmt: skip
+}
 SHOWN = 4  # channels
 
 
@@ -38,8 +40,14 @@ def _largest(response: Response) -> list[str]:
     """Return the largest peak of each unit."""
     most: dict[str, tuple[str, float, str]] = {}
     for peak in response.worst():
-        at = next((f" at {peak.figures[key]:.4g} {unit}" for key, unit in (("at_hz", "Hz"), ("at_s", "s"))
-                   if key in peak.figures), "")  # fmt: skip
+        at = next(
+            (
+                f" at {peak.figures[key]:.4g} {unit}"
+                for key, unit in (("at_hz", "Hz"), ("at_s", "s"))
+                if key in peak.figures
+            ),
+            "",
+        )
         if peak.unit not in most or peak.largest > most[peak.unit][1]:
             most[peak.unit] = (peak.channel, peak.largest, at)
     listed = [f"{name} reaches {quantity(value, unit)}{at}" for unit, (name, value, at) in list(most.items())[:SHOWN]]

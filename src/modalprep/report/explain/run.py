@@ -9,8 +9,13 @@ from modalprep.report.explain.body import distrust
 from modalprep.report.numbers import quantity
 from modalprep.verdicts.notes import warnings_of
 
-PARTS = {"kinetic": "kinetic energy", "strain": "strain energy", "gravity": "energy in gravity", "stored": "energy of "
-         "springs", "work": "work of loads and losses"}  # fmt: skip
+PARTS = {
+    "kinetic": "kinetic energy",
+    "strain": "strain energy",
+    "gravity": "energy in gravity",
+    "stored": "energy of springs",
+    "work": "work of loads and losses",
+}
 AUDITED = 1e-2  # of the energy's largest part: a balance that anybody should look at
 
 
@@ -65,8 +70,11 @@ def _bending(run: Result) -> list[str]:
 
 
 def _energy(run: Result) -> list[str]:
-    size = {text: float(np.ptp(run.channels[f"energy.{key}"])) for key, text in PARTS.items()
-            if f"energy.{key}" in run.channels}  # fmt: skip
+    size = {
+        text: float(np.ptp(run.channels[f"energy.{key}"]))
+        for key, text in PARTS.items()
+        if f"energy.{key}" in run.channels
+    }
     if not size or not max(size.values()) > 0:
         return []
     first = sorted(size, key=lambda text: -size[text])[:2]

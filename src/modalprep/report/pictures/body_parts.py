@@ -36,7 +36,8 @@ def add_ghost(plotter, body: FlexibleBody) -> None:
 
     back = -front(plotter, body) * _towards(plotter)
     still = body.points + back
-    skin, beams = surface(body, still), lines(body, still)
+    skin = surface(body, still)
+    beams = lines(body, still)
     if skin is not None:
         style = {"color": GHOST, "lighting": False, "opacity": 1.0 if back.any() else 0.12}
         plotter.add_mesh(skin, name="ghost", **style, **QUIET)

@@ -35,24 +35,50 @@ def plainly(text: str) -> str:
 def add_bar(plotter, words: str) -> None:
     """Add the bar of the colours, from 0 to 1, with its title."""
     plotter.add_scalar_bar(
-        words, color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=24,
-        label_font_size=24, position_x=0.58, position_y=0.025, width=0.39, height=0.085,
-    )  # fmt: skip
+        words,
+        color="black",
+        n_labels=2,
+        fmt="%.0f",
+        vertical=False,
+        title_font_size=24,
+        label_font_size=24,
+        position_x=0.58,
+        position_y=0.025,
+        width=0.39,
+        height=0.085,
+    )
 
 
 def add_unit_bar(plotter, words: str, mapper) -> None:
     """Add the bar of a quantity with a unit to a film, in letters of its size."""
     letters = max(11, plotter.window_size[1] // 27)
     plotter.add_scalar_bar(
-        plainly(words), mapper=mapper, color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=letters,
-        label_font_size=letters, position_x=0.5, position_y=0.02, width=0.42, height=0.095,
-    )  # fmt: skip
+        plainly(words),
+        mapper=mapper,
+        color="black",
+        n_labels=2,
+        fmt="%.3g",
+        vertical=False,
+        title_font_size=letters,
+        label_font_size=letters,
+        position_x=0.5,
+        position_y=0.02,
+        width=0.42,
+        height=0.095,
+    )
 
 
 def add_lines(plotter, lines: list[str]) -> None:
     """Write lines at the top left of a film, in place of earlier ones."""
-    actor = plotter.add_text(plainly("\n".join(lines)), name="time", font_size=12, color="black", render=False,
-                             position=(0.025, 0.98), viewport=True)  # fmt: skip
+    actor = plotter.add_text(
+        plainly("\n".join(lines)),
+        name="time",
+        font_size=12,
+        color="black",
+        render=False,
+        position=(0.025, 0.98),
+        viewport=True,
+    )
     actor.prop.justification_vertical = "top"
 
 
@@ -137,7 +163,8 @@ def _covered(taken: np.ndarray, middle: np.ndarray, half: np.ndarray) -> float:
 
 
 def _area(taken: np.ndarray, middle: np.ndarray, half: np.ndarray) -> np.ndarray:
-    low, high = np.maximum((middle - half).astype(int), 0), np.ceil(middle + half).astype(int)
+    low = np.maximum((middle - half).astype(int), 0)
+    high = np.ceil(middle + half).astype(int)
     return taken[low[1] : high[1], low[0] : high[0]]
 
 
@@ -165,10 +192,19 @@ def write(plotter, places: np.ndarray, names: Sequence[str], shifts: np.ndarray,
     right, up, size = pixel(plotter)
     middles = places + size * (np.outer(shifts[:, 0], right) - np.outer(shifts[:, 1], up))
     plotter.add_point_labels(
-        middles, list(map(plainly, names)), name="names", font_size=FONT, text_color=INK, shape=None, bold=False,
-        show_points=False, always_visible=True, justification_horizontal="center", justification_vertical="center",
+        middles,
+        list(map(plainly, names)),
+        name="names",
+        font_size=FONT,
+        text_color=INK,
+        shape=None,
+        bold=False,
+        show_points=False,
+        always_visible=True,
+        justification_horizontal="center",
+        justification_vertical="center",
         **style,
-    )  # fmt: skip
+    )
     half = np.array([[WIDTH * len(name), HEIGHT] for name in names]) * FONT / 2
     ends = shifts - np.clip(shifts, -half, half)  # the point of each label's frame that is nearest to its mark
     far = np.linalg.norm(ends, axis=1) > FONT

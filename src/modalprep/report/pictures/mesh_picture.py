@@ -96,7 +96,8 @@ def _seen(body: Body) -> Body:
 def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
     from modalprep.report.pictures.surface import edges, lines, surface
 
-    skin, beams = surface(body, body.points), lines(body, body.points)
+    skin = surface(body, body.points)
+    beams = lines(body, body.points)
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, **MATT)
         plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
@@ -122,7 +123,8 @@ def _towards(plotter, body: Body) -> np.ndarray:
 
 def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, towards: np.ndarray) -> None:
     """Draw the edges of a finding, or its cells with markers on the small ones, and its nodes."""
-    radius, error = BALL * plotter.camera.parallel_scale, finding.severity == "error"
+    radius = BALL * plotter.camera.parallel_scale
+    error = finding.severity == "error"
     style = {"color": COLOURS[finding.severity], "reset_camera": False, **MATT}
     rows = {} if len(finding.edges) else finding.cells
     bad = _body(body.name, body.points + (2 if error else 1) * towards, {k: cells[k][r] for k, r in rows.items()})
@@ -139,7 +141,8 @@ def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, 
 def _add_cells(plotter, bad: Body, style: dict[str, Any], towards: np.ndarray) -> None:
     from modalprep.report.pictures.surface import edges, lines, surface
 
-    skin, beams = surface(bad, bad.points), lines(bad, bad.points)
+    skin = surface(bad, bad.points)
+    beams = lines(bad, bad.points)
     if skin is not None:
         plotter.add_mesh(skin, **style)
         lifted = edges(bad, bad.points + LIFT * towards)

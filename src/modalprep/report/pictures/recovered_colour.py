@@ -52,7 +52,8 @@ there are no recoveries
         if colour not in known:
             there = suggestion(colour, known, "there are") if known else "there are no recoveries"
             raise InputError(f"colour {colour!r} is not displacement, and no body recovers it over its mesh; {there}")
-        self.unit, self.name_of_colour = known[colour], colour
+        self.unit = known[colour]
+        self.name_of_colour = colour
         self.bodies = {name: body for name, body in bodies.items() if self.name in body.recovery}
         self.motions = {name: body_motion(body, name, result.channels) for name, body in self.bodies.items()}
 
@@ -60,5 +61,6 @@ there are no recoveries
         """Return the values at the nodes of a body ``(n_points,)`` at a row of the result; None where it has none."""
         if name not in self.bodies:
             return None
-        block, now = self.bodies[name].recovery[self.name], BodyMotion(*(x[k : k + 1] for x in self.motions[name]))
+        block = self.bodies[name].recovery[self.name]
+        now = BodyMotion(*(x[k : k + 1] for x in self.motions[name]))
         return node_field(self.bodies[name], block, block.full_values(now)[0], self.component)

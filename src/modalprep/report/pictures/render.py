@@ -255,7 +255,8 @@ def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = 
     plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)  # refuses before the import fails
     from modalprep.report.pictures.surface import surface, tubes
 
-    skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * body_size(body))
+    skin = surface(body, body.points)
+    beams = tubes(body, body.points, 0.4 * TUBE * body_size(body))
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, split_sharp_edges=True, **LIGHT)
         add_edges(plotter, body, body.points)

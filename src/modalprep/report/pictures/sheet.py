@@ -61,7 +61,8 @@ def contact_sheet(
     refuse_colour(body, colour)
     columns = max(1, min(body.n, columns or int(np.ceil(np.sqrt(1.2 * body.n)))))
     rows = -(-body.n // columns)
-    wide, high = TILE[0] + EDGE, TILE[1] + CAPTION + EDGE
+    wide = TILE[0] + EDGE
+    high = TILE[1] + CAPTION + EDGE
     sheet = Image.new("RGB", (columns * wide + EDGE, HEAD + rows * high), "white")
     pen = ImageDraw.Draw(sheet)
     _add_head(sheet, pen, body, colour)
@@ -83,7 +84,8 @@ def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tu
 
 def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     """Draw one mode without text."""
-    scale, amount = render.shown_scale(body, mode), node_colour(body, mode, colour)
+    scale = render.shown_scale(body, mode)
+    amount = node_colour(body, mode, colour)
     plotter = render.framed_plotter(body, TILE, render.bent(body, mode, scale), mode, text=False)
     try:
         add_ghost(plotter, body)

@@ -89,7 +89,8 @@ def _known(kind: str) -> Cell:
 
 def _rings(cell: Cell, nodes: np.ndarray) -> Iterator[np.ndarray]:
     """Yield the rings (n_cells, 9) of each face of the cells."""
-    nodes, corners = np.asarray(nodes), len(cell.corners)
+    nodes = np.asarray(nodes)
+    corners = len(cell.corners)
     edges = [tuple(sorted(ends)) for ends in cell.edges.tolist()]
     for number, face in enumerate(cell.faces):
         ring = np.full((len(nodes), 9), -1)

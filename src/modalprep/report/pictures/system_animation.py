@@ -151,7 +151,8 @@ def render_motion(
 
 def _strip(scene: SystemScene, size: tuple[int, int]) -> np.ndarray:
     """Return the pictures side by side, with a line between them."""
-    plotter, images = scene.stage(size), []
+    plotter = scene.stage(size)
+    images = []
     try:
         for before, k in zip([None, *scene.rows], scene.rows, strict=False):
             if before is not None:

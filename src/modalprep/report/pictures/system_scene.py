@@ -131,7 +131,8 @@ class SystemScene:
         parent = self.system.parent(self.system.carrier(name))
         if parent is None or self.style.exaggeration == 1:
             return np.zeros(3)
-        carrier, interface = parent[0], self.bodies[parent[0]].interface_name[parent[1]]
+        carrier = parent[0]
+        interface = self.bodies[parent[0]].interface_name[parent[1]]
         return self._carried(carrier, k) + self._more(carrier, interface, k)
 
     def _turn(self, name: str, k: int | slice) -> Rotation:
@@ -224,7 +225,8 @@ class SystemScene:
         style = {**SHADE, "color": BODY_COLOUR, "opacity": opacity}
         colours = {"scalars": "amount", "cmap": "viridis", "clim": (self.lowest, self.largest)}
         colours |= {"nan_color": BODY_COLOUR, "show_scalar_bar": False}
-        parts, coloured = bodies_at(shown, self.radius), None
+        parts = bodies_at(shown, self.radius)
+        coloured = None
         for kind in ("skin", "beams"):
             own = style | (colours if self.largest > self.lowest else {})
             drawn = put(plotter, f"{kind}{ghost}", parts[kind], own | {"split_sharp_edges": kind == "skin"})

@@ -7,19 +7,47 @@ from collections.abc import Sequence
 from modalprep.multibody.results.result import Result
 
 UNITS = {  # by the last word of a name
-    "angle": "rad", "rate": "rad/s", "displacement": "m", "speed": "m/s", "force": "N", "torque": "N m",
-    "angular_velocity": "rad/s", "angular_acceleration": "rad/s²", "mass": "kg", "origin": "m", "position": "m",
-    "velocity": "m/s", "deflection": "m", "semi_major_axis": "m", "length": "m", "tension": "N", "current": "A",
-    "emf": "V", "modal": "m kg^½", "frame_acceleration": "m/s²", "frame_angular_velocity": "rad/s",
+    "angle": "rad",
+    "rate": "rad/s",
+    "displacement": "m",
+    "speed": "m/s",
+    "force": "N",
+    "torque": "N m",
+    "angular_velocity": "rad/s",
+    "angular_acceleration": "rad/s²",
+    "mass": "kg",
+    "origin": "m",
+    "position": "m",
+    "velocity": "m/s",
+    "deflection": "m",
+    "semi_major_axis": "m",
+    "length": "m",
+    "tension": "N",
+    "current": "A",
+    "emf": "V",
+    "modal": "m kg^½",
+    "frame_acceleration": "m/s²",
+    "frame_angular_velocity": "rad/s",
     "frame_angular_acceleration": "rad/s²",
-}  # fmt: skip
+}
 AUDIT = {
-    "energy": "J", "power.input": "W", "momentum.linear": "N s", "momentum.angular": "N m s", "momentum.error": "1",
-}  # fmt: skip
+    "energy": "J",
+    "power.input": "W",
+    "momentum.linear": "N s",
+    "momentum.angular": "N m s",
+    "momentum.error": "1",
+}
 INSIDE = (  # what other channels follow from, and numbers without a meaning of their own
-    ".modal", ".modal_rate", ".modal_acceleration", ".orientation", ".quaternion", ".interface_loads",
-    ".frame_acceleration", ".frame_angular_velocity", ".frame_angular_acceleration",
-)  # fmt: skip
+    ".modal",
+    ".modal_rate",
+    ".modal_acceleration",
+    ".orientation",
+    ".quaternion",
+    ".interface_loads",
+    ".frame_acceleration",
+    ".frame_angular_velocity",
+    ".frame_angular_acceleration",
+)
 
 
 def shown_channels(run: Result, chosen: Sequence[str] = ()) -> list[str]:

@@ -33,7 +33,8 @@ def curves(time: np.ndarray, series: Mapping[str, np.ndarray], title: str, unit:
     (1, True)
     """
     low, high = _range(series)
-    start, end = float(time[0]), float(time[-1]) if time[-1] > time[0] else float(time[0]) + 1.0
+    start = float(time[0])
+    end = float(time[-1]) if time[-1] > time[0] else float(time[0]) + 1.0
     parts = [_axes(start, end, low, high)]
     for k, values in enumerate(series.values()):
         path = _path(time, values, (start, end), (low, high))
@@ -63,7 +64,8 @@ def _range(series: Mapping[str, np.ndarray]) -> tuple[float, float]:
     known = np.concatenate([values[np.isfinite(values)] for values in series.values()])
     if not known.size:
         return 0.0, 1.0
-    low, high = float(known.min()), float(known.max())
+    low = float(known.min())
+    high = float(known.max())
     if high - low <= FLAT * max(abs(low), abs(high)):
         span = max(abs(low), abs(high)) or 1.0
         return low - span, high + span
@@ -83,7 +85,8 @@ def _path(time: np.ndarray, values: np.ndarray, across: tuple[float, float], alo
 
 def _axes(start: float, end: float, low: float, high: float) -> Markup:
     """Return grid and numbers of the axes."""
-    bottom, parts = HEIGHT - BELOW, []
+    bottom = HEIGHT - BELOW
+    parts = []
     for value in _ticks(low, high):
         y = round(ABOVE + (bottom - ABOVE) * (high - value) / (high - low), 1)
         parts.append(ROW.format(LEFT, WIDTH - RIGHT, LEFT - 6, y + 4, number(value, 5), y=y))
@@ -104,5 +107,6 @@ def _ticks(low: float, high: float) -> list[float]:
     rough = (high - low) / TICKS
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(power * factor for factor in (1, 2, 2.5, 5, 10) if power * factor >= 0.999 * rough)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    first = math.ceil(low / step - 1e-9)
+    last = math.floor(high / step + 1e-9)
     return [round(k * step, 12 - math.floor(math.log10(step))) for k in range(first, last + 1)]

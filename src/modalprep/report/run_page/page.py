@@ -137,7 +137,8 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
     """
     shown = shown if isinstance(shown, RunPage) else RunPage(shown)
     run, system, rtol, inputs = shown.run, shown.system, shown.rtol, shown.inputs
-    verdict, channels = shown.judgement, shown_channels(run, shown.channels)
+    verdict = shown.judgement
+    channels = shown_channels(run, shown.channels)
     settings = {"relative tolerance": number(rtol)} | dict(shown.settings)
     found = [
         body_parts.in_short(describe_run(run), verdict),

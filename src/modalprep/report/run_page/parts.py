@@ -29,10 +29,13 @@ LARGEST = 12_000_000  # bytes of a film inside the page
 CARRIED = ("force", "torque", "multiplier")  # of closures and couplers
 OPEN = 10  # times of an event that are listed
 EVALUATIONS = {
-    "method": "method at the end", "steps": "steps", "evaluations": "evaluations of the equations",
-    "rejected": "rejected steps", "halved": "halved steps", "stiffness_ratio": "steps that stability asks of the "
-    "explicit method",
-}  # fmt: skip
+    "method": "method at the end",
+    "steps": "steps",
+    "evaluations": "evaluations of the equations",
+    "rejected": "rejected steps",
+    "halved": "halved steps",
+    "stiffness_ratio": "steps that stability asks of the explicit method",
+}
 
 
 def the_run(run: Result, settings: Mapping[str, str], notes: Sequence[str]) -> Section:
@@ -152,7 +155,8 @@ def extremes(run: Result, channels: Sequence[str]) -> list[Section]:
         return []
     rows = []
     for name, values in list(columns.items())[:LISTED]:
-        low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
+        low = int(np.nanargmin(values))
+        high = int(np.nanargmax(values))
         pairs = ((float(values[k]), float(run.time[k])) for k in (low, high))
         rows.append((name, channel_unit(run, name), *(x for pair in pairs for x in pair), float(values[-1])))
     table = Table(

@@ -94,7 +94,8 @@ def facts(rows: Rows) -> list[tuple[str, str]]:
     >>> facts([{"job": "a", "status": "done", "seconds": 75.0, "verdict": {"word": "PASS"}}])
     [('done', '1'), ('failed', '0'), ('waiting', '0'), ('verdicts', '1 PASS'), ('time of all jobs', '1:15 min')]
     """
-    number_of, words = counts(rows), Counter(filter(None, map(_word, rows)))
+    number_of = counts(rows)
+    words = Counter(filter(None, map(_word, rows)))
     found = [(name, str(getattr(number_of, name))) for name in ("done", "failed", "waiting")]
     verdicts = ", ".join(f"{words[word]} {word}" for word in (FAIL, WARNED, PASS, OPEN) if words[word])
     found += [("verdicts", verdicts)] if verdicts else []
@@ -173,6 +174,7 @@ def extremes(columns: Mapping[str, Sequence[Any]], parameters: Sequence[str]) ->
         if name in parameters or not is_number(values) or not varying(values):
             continue
         known = [k for k, value in enumerate(values) if value is not None]
-        low, high = min(known, key=values.__getitem__), max(known, key=values.__getitem__)
+        low = min(known, key=values.__getitem__)
+        high = max(known, key=values.__getitem__)
         found.append(Extreme(name, number(values[low], 5), low, number(values[high], 5), high))
     return found

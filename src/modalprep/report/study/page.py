@@ -84,8 +84,16 @@ def write_study_page(
     box = part("box.html", "study", counts=number, facts=facts(rows), **named)
     have = "has" if number.ended == 1 else "have"
     lead = f"{number.ended} of {len(rows)} jobs {have} ended." + " Reload the page for more." * bool(number.waiting)
-    text = framed("/".join(path.absolute().parts[-3:-1]), "study", lead, now(), box, sections,
-                  scripts=("study/table.js", "study/plot.js"), styles=("study/study.css",))  # fmt: skip
+    text = framed(
+        "/".join(path.absolute().parts[-3:-1]),
+        "study",
+        lead,
+        now(),
+        box,
+        sections,
+        scripts=("study/table.js", "study/plot.js"),
+        styles=("study/study.css",),
+    )
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")  # names of files in other encodings
     return path
@@ -111,13 +119,15 @@ class Links(NamedTuple):
 
     def first(self, row: int) -> str:
         """Return the address of the first of them, or of the folder."""
-        path, words = self.folders[row], self.words(row).split()
+        path = self.folders[row]
+        words = self.words(row).split()
         return f"{path}/{path.rpartition('/')[2]}{SUFFIX[words[0]]}" if words else f"{path}/"
 
 
 def _folders(rows: Sequence[Mapping[str, Any]], folder: Path) -> list[str]:
     """Return the address of the folder of each job as seen from the page."""
-    home, found = str(folder), []
+    home = str(folder)
+    found = []
     for row in rows:
         head, tail = os.path.split(row.get("folder") or row["job"])
         relative = tail if head in (home, "") else os.path.relpath(os.path.join(head, tail), home)

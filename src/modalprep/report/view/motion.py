@@ -63,19 +63,26 @@ def run_scene(system: System | DeployingSystem, result: Result, *, frames: int =
     moved = scene.factor * scene.largest > 0
     return {name: encoded(nodes, "<u4") for name, nodes in index.items()} | {
         "run": {
-            "frames": len(scene.rows), "bodies": len(skins), "nodes": sum(part["count"] for part in parts),
-            "times": [f"{time:.4g}" for time in scene.result.time[scene.rows]], "parts": parts,
-            "poses": encoded(_poses(scene, middle, size), "<f4"), "range": scene.largest / scene.factor / size,
+            "frames": len(scene.rows),
+            "bodies": len(skins),
+            "nodes": sum(part["count"] for part in parts),
+            "times": [f"{time:.4g}" for time in scene.result.time[scene.rows]],
+            "parts": parts,
+            "poses": encoded(_poses(scene, middle, size), "<f4"),
+            "range": scene.largest / scene.factor / size,
             "view": [np.cross(up, towards).tolist(), up.tolist(), towards.tolist()],
         },
         "plain": not moved,
         "bodies": list(skins),
         "interfaces": [f"{name}.{i}" for name, body in scene.bodies.items() for i in body.interface_name],
-        "largest": f"{scene.largest:.3g}", "unit": scene.unit,
+        "largest": f"{scene.largest:.3g}",
+        "unit": scene.unit,
         "seconds": float(np.ptp(scene.result.time[scene.rows])),
-        "counts": [len(index["triangles"]), len(index["lines"])], "edged": len(index["triangles"]) <= EDGED, "share": 0,
+        "counts": [len(index["triangles"]), len(index["lines"])],
+        "edged": len(index["triangles"]) <= EDGED,
+        "share": 0,
         "notes": notes,
-    }  # fmt: skip
+    }
 
 
 def _thinned(result: Result, frames: int) -> Result:
@@ -129,21 +136,30 @@ def _marks(scene: SystemScene, k: int, name: str, size: float) -> Part:
 def _moving(k: int, points: np.ndarray, bends: np.ndarray, size: float) -> Part:
     """Return nodes of a body: their places at rest, deflections in each frame as integers, and the box of all."""
     bends = np.nan_to_num(bends)
-    full, moved = float(np.abs(bends).max(initial=0.0)), points + bends
+    full = float(np.abs(bends).max(initial=0.0))
+    moved = points + bends
     low, high = (reach(moved, axis=(0, 1)) / size if moved.size else np.zeros(3) for reach in (np.min, np.max))
     return {
-        "body": k, "count": len(points), "rest": encoded(points / size, "<f4"), "full": full / size,
-        "bend": encoded(np.rint(FULL * bends / full), "<i2") if full else "", "box": [*low.tolist(), *high.tolist()],
-    }  # fmt: skip
+        "body": k,
+        "count": len(points),
+        "rest": encoded(points / size, "<f4"),
+        "full": full / size,
+        "bend": encoded(np.rint(FULL * bends / full), "<i2") if full else "",
+        "box": [*low.tolist(), *high.tolist()],
+    }
 
 
 def _poses(scene: SystemScene, middle: np.ndarray, size: float) -> np.ndarray:
     """Return origin and quaternion of each body in each frame (frames, bodies, 7)."""
     found = [
-        np.hstack([(scene.result[f"{name}.origin"][scene.rows] - middle) / size,
-                   scene.result[f"{name}.orientation"][scene.rows]])
+        np.hstack(
+            [
+                (scene.result[f"{name}.origin"][scene.rows] - middle) / size,
+                scene.result[f"{name}.orientation"][scene.rows],
+            ]
+        )
         for name in scene.bodies
-    ]  # fmt: skip
+    ]
     return np.stack(found, axis=1)
 
 
@@ -156,5 +172,6 @@ def _seen(scene: SystemScene) -> np.ndarray:
 
 def _extent(scene: SystemScene) -> tuple[np.ndarray, float]:
     seen = _seen(scene)
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    low = seen.min(axis=0)
+    high = seen.max(axis=0)
     return (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0

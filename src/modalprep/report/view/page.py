@@ -129,9 +129,13 @@ def _speeds(span: float) -> list[tuple[float, str]]:
 def _write(path: str | Path, name: str, about: str, scene: dict[str, Any], **values: Any) -> Path:
     given = {"table": "", "notes": (), "speeds": (), "plain": scene.get("plain", False), **values}
     text = _template().render(
-        name=name, about=about, scene=scene, style=Markup(_part("page.css") + _part("view/view.css")),
-        script=Markup(_part("viewer.js")), **given,
-    )  # fmt: skip
+        name=name,
+        about=about,
+        scene=scene,
+        style=Markup(_part("page.css") + _part("view/view.css")),
+        script=Markup(_part("viewer.js")),
+        **given,
+    )
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)

@@ -82,13 +82,15 @@ class CurvedShellBlock(CurvedEnergy):
         InputError
             When an element has no area, is folded or too strongly curved, or its material axis is normal to it.
         """
-        at, corners = points[nodes], points[nodes[:, : len(CELLS[kind].corners)]]
+        at = points[nodes]
+        corners = points[nodes[:, : len(CELLS[kind].corners)]]
         frame = shell_frames(corners)
         _refuse_bad_shape(kind, at, frame)
         normal = tangents(kind, at, NODES)[1]
         offset = given(data, "offset", section.offset, len(nodes))
         x = at + offset[:, None, None] * normal - origin
-        angle, ratio = material_angle(corners, frame, section, data), thickness_ratio(kind, section, data, len(nodes))
+        angle = material_angle(corners, frame, section, data)
+        ratio = thickness_ratio(kind, section, data, len(nodes))
         return cls(kind, section, nodes, x, normal, frame, offset, angle, ratio)
 
     @property
@@ -116,10 +118,8 @@ class CurvedShellBlock(CurvedEnergy):
         tied, plain = (quad_forms(self.kind, self.degree, tied) for tied in (True, False))
         corners = shapes_at("quad", CELLS[self.kind].node_coordinates().T)[0] @ self.x[:, :4]
         normal = np.broadcast_to(self.frame[:, None, 2], corners.shape)
-        at, weight = (
-            surface_points(self.kind, corners, normal, self.frame, self.degree),
-            shapes(self.kind, self.degree)[2],
-        )
+        at = surface_points(self.kind, corners, normal, self.frame, self.degree)
+        weight = shapes(self.kind, self.degree)[2]
         share = at.cartesian * (at.dx / weight / at.dx.sum(axis=1, keepdims=True))[..., None, None]
         share = (share - np.tensordot(share, weight, (1, 0))[:, None]) * weight[:, None, None]
         gaps = (np.tensordot(share, b - a, ((1, 3), (0, 1))) for a, b in zip(tied[:3], plain[:3], strict=True))
@@ -157,12 +157,15 @@ class CurvedShellBlock(CurvedEnergy):
         """Moduli ``(ne or 1, 9, 9)`` of the rows of `strain`; complex where those of the section are."""
         C, S = section_moduli(shell_section(self.section), self.angle)
         moduli = np.zeros((len(C), 9, 9), dtype=np.result_type(C, S))
-        moduli[:, :6, :6], moduli[:, 6:8, 6:8], moduli[:, 8, 8] = C, S, DRILLING * C[:, 2, 2]
+        moduli[:, :6, :6] = C
+        moduli[:, 6:8, 6:8] = S
+        moduli[:, 8, 8] = DRILLING * C[:, 2, 2]
         return moduli
 
     def relaxed(self, strain: np.ndarray) -> np.ndarray:
         """Add to strains ``(ne, nq, 9, k)`` those of the internal rotations that bring the energy to its minimum."""
-        forms, dx = self.forms(self.degree), self._area
+        forms = self.forms(self.degree)
+        dx = self._area
         if not forms[0].turned.any():
             return strain
         own = self.along_axes(self.points, *(form.of_tau(self.x, self.frame[:, :2]) for form in forms))
@@ -184,9 +187,13 @@ class CurvedShellBlock(CurvedEnergy):
 
     def rotating_arms(self) -> RotatingArms:
         """Mass on the directors of the nodes: of eccentric and unsymmetric sections, and through the thickness."""
-        samples, N = self._samples(), self.shapes
-        weight, position, shape = samples.weight, samples.position, samples.shape()
-        ne, (nq, n) = len(weight), N.shape
+        samples = self._samples()
+        N = self.shapes
+        weight = samples.weight
+        position = samples.position
+        shape = samples.shape()
+        ne = len(weight)
+        nq, n = N.shape
         rotation = np.zeros((ne, n, 3, n, 6))
         for i in range(n):
             rotation[:, i, :, i, 3:] = np.eye(3)
@@ -234,8 +241,12 @@ class CurvedShellBlock(CurvedEnergy):
 
     def _samples(self) -> NodalFunctions:
         """Samples of the surface of the mass, then of the thickness about it."""
-        s, N, dx = shell_section(self.section), self.shapes, self.points.dx
-        height, ratio, nsm = self._height, self._growth(self.degree), self.section.nsm
+        s = shell_section(self.section)
+        N = self.shapes
+        dx = self.points.dx
+        height = self._height
+        ratio = self._growth(self.degree)
+        nsm = self.section.nsm
         thick = np.zeros((*dx.shape, N.shape[1], 10))
         thick[..., :9] = N[..., None] * -skew(self.normal).reshape(len(dx), 1, -1, 9)
         surface = height[:, None, None, None] * thick

@@ -21,12 +21,11 @@ class CurvedEnergy:
         for forms, work in zip(self.forms(self.degree), self._covariant(force), strict=True):
             own_xx, own_xt = forms.works(work)
             by_t = self.slopes(forms)[1]
-            xx, xt, pull = (
-                xx + own_xx,
-                xt + own_xt,
-                pull + np.einsum(f"{forms.index}c,{forms.index}cja->eja", work, by_t),
-            )
-        o, lever = self.offset[:, None, None], -skew(self.normal)
+            xx = xx + own_xx
+            xt = xt + own_xt
+            pull = pull + np.einsum(f"{forms.index}c,{forms.index}cja->eja", work, by_t)
+        o = self.offset[:, None, None]
+        lever = -skew(self.normal)
         both = xt + 2 * o * xx
         K = np.zeros((ne, n, 6, n, 6))
         for a in range(3):
@@ -46,10 +45,13 @@ class CurvedEnergy:
         R = rotation_matrix(vector)
         t = np.einsum("eiab,eib->eia", R, self.normal)
         x = self.x + u + self.offset[:, None, None] * (t - self.normal)
-        (_, C, dx), forms = self.strain, self.forms(self.degree)
+        _, C, dx = self.strain
+        forms = self.forms(self.degree)
         grown = [own.measures(x, t) - own.measures(self.x, self.normal) for own in forms]
-        strain = np.concatenate([self.along_axes(self.points, *(g[..., None] for g in grown))[..., 0],
-                                 self._drilled(self.points, x, R)], axis=2)  # fmt: skip
+        strain = np.concatenate(
+            [self.along_axes(self.points, *(g[..., None] for g in grown))[..., 0], self._drilled(self.points, x, R)],
+            axis=2,
+        )
         strain = self.thickened(strain[..., None], self.degree)
         strain = self.relaxed(strain)[..., 0]
         return np.einsum("eqa,eqab,eqb,eq->e", strain, np.broadcast_to(C[:, None], (*dx.shape, 9, 9)), strain, dx) / 2
@@ -61,10 +63,12 @@ class CurvedEnergy:
 
     def _drilled(self, at: Points, x: np.ndarray, R: np.ndarray) -> np.ndarray:
         """The strain of `_drilling` ``(ne, nq, 1)`` where nodes are at ``x (ne, n, 3)`` and have rotated by R."""
-        (e1, e2), N = self.plane(at)[0], self.shapes
+        (e1, e2) = self.plane(at)[0]
+        N = self.shapes
         change = 0.0
         for own, rotations in ((x, R), (self.x, np.broadcast_to(np.eye(3), R.shape))):
-            mean, sign = np.einsum("qi,eiab->eqab", N, rotations), 1 if own is x else -1
+            mean = np.einsum("qi,eiab->eqab", N, rotations)
+            sign = 1 if own is x else -1
             p1, p2 = np.moveaxis(at.gradient @ own[:, None], 2, 0)
             change = change + sign * (_dot(p1, mean, e2) - _dot(p2, mean, e1))
         return change[..., None] / 2
@@ -72,10 +76,14 @@ class CurvedEnergy:
     def _add_drilling(self, K: np.ndarray, pull: np.ndarray, moment: np.ndarray, at: Points) -> None:
         """Add the work of drilling moments ``(ne, nq)`` on the second order of `_drilled` to K, and to `pull`."""
         N, axes, slopes = self.shapes, *self.plane(at)
-        o, lever, n = self.offset, -skew(self.normal), N.shape[1]
+        o = self.offset
+        lever = -skew(self.normal)
+        n = N.shape[1]
         back = (o[:, None, None, None] * lever).swapaxes(2, 3)
         for k, work in enumerate((moment / 2, -moment / 2)):
-            e, p, slope = axes[1 - k], slopes[k], at.gradient[:, :, k]
+            e = axes[1 - k]
+            p = slopes[k]
+            slope = at.gradient[:, :, k]
             mixed = np.einsum("eq,eqi,qj,eqab->eiajb", work, slope, N, -skew(e), optimize=True)
             K[:, :, :3, :, 3:] += mixed
             arm = (back @ mixed.reshape(-1, n, 3, 3 * n)).reshape(mixed.shape)

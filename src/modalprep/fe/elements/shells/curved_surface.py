@@ -64,7 +64,9 @@ def _cartesian(g: np.ndarray, slope: np.ndarray) -> np.ndarray:
     plane = np.array([[a * a, b * b, a * b], [c * c, d * d, c * d], [2 * a * c, 2 * b * d, a * d + b * c]])
     T[:, :, MEMBRANE, MEMBRANE] = T[:, :, CURVATURE, CURVATURE] = np.moveaxis(plane, (0, 1), (2, 3))
     T[:, :, SHEAR, SHEAR] = g
-    xx, yy, xy = slope[..., 0, 0], slope[..., 1, 1], (slope[..., 0, 1] + slope[..., 1, 0]) / 2
+    xx = slope[..., 0, 0]
+    yy = slope[..., 1, 1]
+    xy = (slope[..., 0, 1] + slope[..., 1, 0]) / 2
     none = np.zeros_like(xx)
     stretched = np.array([[xx, none, xy / 2], [none, yy, xy / 2], [xy, xy, (xx + yy) / 2]])
     T[:, :, CURVATURE, MEMBRANE] = -np.moveaxis(stretched, (0, 1), (2, 3)) @ T[:, :, MEMBRANE, MEMBRANE]

@@ -70,10 +70,12 @@ def rule(kind: str, degree: int) -> Rule:
     N, dN, weight = shapes(kind, degree)
     if kind == "triangle":
         after, dafter = np.roll(N, -1, axis=1), np.roll(dN, -1, axis=1)
-        P, dP = 4 * N * after, 4 * (N[..., None] * dafter + after[..., None] * dN)
+        P = 4 * N * after
+        dP = 4 * (N[..., None] * dafter + after[..., None] * dN)
     else:
         X, Y = N[:, 1] + N[:, 2], N[:, 2] + N[:, 3]
-        along, across = [X, Y, X, Y], [1 - Y, X, Y, 1 - X]
+        along = [X, Y, X, Y]
+        across = [1 - Y, X, Y, 1 - X]
         slope = [-1.0, 1.0, 1.0, -1.0]
         P = np.stack([4 * s * (1 - s) * c for s, c in zip(along, across, strict=True)], axis=1)
         dP = np.zeros((*P.shape, 2))
@@ -132,9 +134,11 @@ def nodal_rotations(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
     """Linear rotations t of the nodes ``(ne, nq, 3, 6n)`` and slopes ``t_c,a (ne, nq, 2, 3, 6n)``, per local DOF."""
     grad, dx, _ = cells.mapped
     n = cells.xy.shape[1]
-    t, slope = np.zeros((*dx.shape, 3, n, 6)), np.zeros((*dx.shape, 2, 3, n, 6))
+    t = np.zeros((*dx.shape, 3, n, 6))
+    slope = np.zeros((*dx.shape, 2, 3, n, 6))
     for c in range(3):
-        t[:, :, c, :, TX + c], slope[:, :, :, c, :, TX + c] = cells.N, np.swapaxes(grad, 2, 3)
+        t[:, :, c, :, TX + c] = cells.N
+        slope[:, :, :, c, :, TX + c] = np.swapaxes(grad, 2, 3)
     return t.reshape(*dx.shape, 3, 6 * n), slope.reshape(*dx.shape, 2, 3, 6 * n)
 
 
@@ -163,7 +167,8 @@ def side_weights(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
     W = np.zeros((len(length), 5 * n, 5 * n))
     size = bow / 16 * length * (pull[..., 1] * along[..., 0] - pull[..., 0] * along[..., 1])
     for k in range(n):
-        mean, change = n + 2 * k, 3 * n + 2 * k
+        mean = n + 2 * k
+        change = 3 * n + 2 * k
         for a, b, work in (
             (k, mean + 1, pull[:, k, 0]),
             (k, mean, -pull[:, k, 1]),

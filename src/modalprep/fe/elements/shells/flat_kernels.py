@@ -41,12 +41,17 @@ def _moduli_of(moduli, e):
 @compile_inline
 def _internal_slopes(x, rule, q, dx, slope):
     """Gradients ``(2, 2)`` of QM6's internal shapes, mapped by the Jacobian of the centre (row: shape)."""
-    a, b = (x[1, 0] + x[2, 0] - x[0, 0] - x[3, 0]) / 2, (x[2, 0] + x[3, 0] - x[0, 0] - x[1, 0]) / 2
-    c, d = (x[1, 1] + x[2, 1] - x[0, 1] - x[3, 1]) / 2, (x[2, 1] + x[3, 1] - x[0, 1] - x[1, 1]) / 2
+    a = (x[1, 0] + x[2, 0] - x[0, 0] - x[3, 0]) / 2
+    b = (x[2, 0] + x[3, 0] - x[0, 0] - x[1, 0]) / 2
+    c = (x[1, 1] + x[2, 1] - x[0, 1] - x[3, 1]) / 2
+    d = (x[2, 1] + x[3, 1] - x[0, 1] - x[1, 1]) / 2
     scale = rule.weight[q] / dx  # times the inverse of the Jacobian and its determinant
     X = scale * (4 - 8 * (rule.N[q, 1] + rule.N[q, 2]))
     Y = scale * (4 - 8 * (rule.N[q, 2] + rule.N[q, 3]))
-    slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1] = X * d, -X * b, -Y * c, Y * a
+    slope[0, 0] = X * d
+    slope[0, 1] = -X * b
+    slope[1, 0] = -Y * c
+    slope[1, 1] = Y * a
 
 
 @compile_allocating
@@ -73,7 +78,10 @@ def _condense(x, C, rule, at, inner, held):
 
     ``held (4, 6n)`` are the forces on them when they are held.
     """
-    slope, own, K, m = np.empty((2, 2)), np.zeros((4, 3)), np.zeros((4, 4)), at.plane.shape[2]
+    slope = np.empty((2, 2))
+    own = np.zeros((4, 3))
+    K = np.zeros((4, 4))
+    m = at.plane.shape[2]
     held[:] = 0.0
     for q in range(len(at.dx)):
         _internal_slopes(x, rule, q, at.dx[q], slope)
@@ -112,7 +120,9 @@ def _add_bend(local, R, row):
 def _add_plane(local, R, z, row):
     """Add what a row per ``u, v, tz`` of the nodes is per nodal DOF in mesh axes."""
     for i in range(len(z)):
-        u, v, t = local[3 * i], local[3 * i + 1], local[3 * i + 2]
+        u = local[3 * i]
+        v = local[3 * i + 1]
+        t = local[3 * i + 2]
         for c in range(3):
             row[6 * i + c] += u * R[0, c] + v * R[1, c]
             row[6 * i + 3 + c] += z[i] * (u * R[1, c] - v * R[0, c]) + t * R[2, c]
@@ -121,18 +131,21 @@ def _add_plane(local, R, z, row):
 @compile_allocating
 def _add_internal(x, rule, inner, R, at, B):
     """Add the strains of the internal displacements: per ``u, v, tz`` to `at`, per ``w, tx, ty`` to the rows B."""
-    slope, m = np.empty((2, 2)), at.plane.shape[2]
+    slope = np.empty((2, 2))
+    m = at.plane.shape[2]
     row = np.empty((3, m))
     for q in range(len(at.dx)):
         _internal_slopes(x, rule, q, at.dx[q], slope)
         row[:] = 0.0
         for k in range(2):
             for j in range(m):
-                along, across = inner[2 * k, j], inner[2 * k + 1, j]
+                along = inner[2 * k, j]
+                across = inner[2 * k + 1, j]
                 at.plane[q, 0, j] += slope[k, 0] * along
                 at.plane[q, 1, j] += slope[k, 1] * across
                 at.plane[q, 2, j] += slope[k, 1] * along + slope[k, 0] * across
-                along, across = inner[2 * k, m + j], inner[2 * k + 1, m + j]
+                along = inner[2 * k, m + j]
+                across = inner[2 * k + 1, m + j]
                 row[0, j] += slope[k, 0] * along
                 row[1, j] += slope[k, 1] * across
                 row[2, j] += slope[k, 1] * along + slope[k, 0] * across
@@ -147,10 +160,16 @@ def strain_rows(lo, hi, cells, moduli, optimal, own, rule, B, dx):
     Rows as in `shell.ShellBlock.strain`. The internal displacements of quads are condensed at the points of `own`.
     """
     n = cells.xy.shape[1]
-    sides, inner, held = _sides(n), np.empty((4, 6 * n)), np.empty((4, 6 * n))
-    there, at = _strains(len(own.weight), moduli, n), _strains(len(rule.weight), moduli, n)
+    sides = _sides(n)
+    inner = np.empty((4, 6 * n))
+    held = np.empty((4, 6 * n))
+    there = _strains(len(own.weight), moduli, n)
+    at = _strains(len(rule.weight), moduli, n)
     for e in range(lo, hi):
-        x, R, z, C = cells.xy[e], cells.frame[e], cells.height[e], _moduli_of(moduli, e)
+        x = cells.xy[e]
+        R = cells.frame[e]
+        z = cells.height[e]
+        C = _moduli_of(moduli, e)
         measure_sides(x, C.bend, sides)
         compatible(x, optimal, rule, sides, at)
         B[e] = 0.0
@@ -247,11 +266,16 @@ def _to_nodes(P, D, X, R, z, K):
 def stiffness(lo, hi, cells, moduli, optimal, rule, K):
     """Elastic stiffness ``K (ne, 6n, 6n)`` per nodal DOF in mesh axes, exactly symmetric."""
     n = cells.xy.shape[1]
-    sides, at, weighted = _sides(n), _strains(len(rule.weight), moduli, n), _strains(len(rule.weight), moduli, n)
+    sides = _sides(n)
+    at = _strains(len(rule.weight), moduli, n)
+    weighted = _strains(len(rule.weight), moduli, n)
     inner, held = np.empty((4, 6 * n)), np.empty((4, 6 * n))
-    P, D, X = np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n))
+    P = np.empty((3 * n, 3 * n))
+    D = np.empty((3 * n, 3 * n))
+    X = np.empty((3 * n, 3 * n))
     for e in range(lo, hi):
-        x, C = cells.xy[e], _moduli_of(moduli, e)
+        x = cells.xy[e]
+        C = _moduli_of(moduli, e)
         measure_sides(x, C.bend, sides)
         compatible(x, optimal, rule, sides, at)
         _set_square(at.plane, C.plane, at.dx, weighted.plane, P)
@@ -298,7 +322,10 @@ def mass_samples(lo, hi, cells, middle, lift, surface, sheet, dx, position, valu
     ``values (ne, ns, nn, 10)`` as in `mass.NodalFunctions`: of the displacement of the mass, and of its change per
     height.
     """
-    n, count, inverse, bowed = cells.xy.shape[1], len(surface.weight), np.empty((2, 2)), np.empty((4, 3))
+    n = cells.xy.shape[1]
+    count = len(surface.weight)
+    inverse = np.empty((2, 2))
+    bowed = np.empty((4, 3))
     for e in range(lo, hi):
         x, R, z = cells.xy[e], cells.frame[e], cells.height[e]
         for q in range(count):

@@ -105,7 +105,8 @@ def measure_sides(x, C, sides):
         S = c * c * C[3, 3] + c * s * (C[3, 4] + C[4, 3]) + s * s * C[4, 4]
         phi = 12 * D / (S * L * L)
         sides.length[k], sides.along[k, 0], sides.along[k, 1] = L, c, s
-        sides.size[k], sides.sheared[k] = 1.5 / (L * (1 + phi)), -2 / 3 * phi
+        sides.size[k] = 1.5 / (L * (1 + phi))
+        sides.sheared[k] = -2 / 3 * phi
 
 
 @compile_inline
@@ -118,7 +119,10 @@ def set_map(x, dN, weight, q, inverse):
         c += x[i, 1] * dN[q, i, 0]
         d += x[i, 1] * dN[q, i, 1]
     det = a * d - b * c
-    inverse[0, 0], inverse[0, 1], inverse[1, 0], inverse[1, 1] = d / det, -b / det, -c / det, a / det
+    inverse[0, 0] = d / det
+    inverse[0, 1] = -b / det
+    inverse[1, 0] = -c / det
+    inverse[1, 1] = a / det
     return weight[q] * det
 
 
@@ -149,11 +153,15 @@ def _linear_plane(rule, q, inverse, plane):
 
 @compile_allocating
 def _higher_plane(dx, dy, area, N, plane):
-    natural, cartesian, field = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
+    natural = np.empty((3, 3))
+    cartesian = np.empty((3, 3))
+    field = np.zeros((3, 3))
     for a in range(3):
         x, y = dx[(a + 2) % 3], -dy[(a + 2) % 3]  # from node 1 to 2, 2 to 3, 3 to 1
         square = x * x + y * y
-        natural[a, 0], natural[a, 1], natural[a, 2] = x * x / square, y * y / square, x * y / square
+        natural[a, 0] = x * x / square
+        natural[a, 1] = y * y / square
+        natural[a, 2] = x * y / square
         for b in range(3):
             for m in range(3):
                 field[a, b] += N[m] * OPT_BETA[(a - m) % 3][(b - m) % 3] * area / square
@@ -211,7 +219,8 @@ def _shear(N, k, inverse, sides):
     if len(N) == 3:  # interpolated from the nodes, where two sides meet
         x, y = _shear_of_node(sides.along[(k + 2) % 3], sides.along[k], 1)
         x2, y2 = _shear_of_node(sides.along[k], sides.along[(k + 1) % 3], 0)
-        i, j = N[k] * sides.sheared[k], N[(k + 1) % 3] * sides.sheared[k]
+        i = N[k] * sides.sheared[k]
+        j = N[(k + 1) % 3] * sides.sheared[k]
         return i * x + j * x2, i * y + j * y2
     X, Y = N[1] + N[2], N[2] + N[3]
     along = sides.length[k] * sides.sheared[k] * (1 - Y, X, -Y, X - 1)[k]
@@ -223,7 +232,11 @@ def _add_edge_functions(rule, q, inverse, sides, bend):
     """Curvatures of the edge functions, and transverse shear ``xz, yz`` from the strains along the sides."""
     n = rule.N.shape[1]
     for k in range(n):
-        c, s, size, i, j = sides.along[k, 0], sides.along[k, 1], sides.size[k], 3 * k, 3 * ((k + 1) % n)
+        c = sides.along[k, 0]
+        s = sides.along[k, 1]
+        size = sides.size[k]
+        i = 3 * k
+        j = 3 * ((k + 1) % n)
         x, y = _pull_back(rule.dP[q, k], inverse)
         xz, yz = _shear(rule.N[q], k, inverse, sides)
         strain = (size * x * c, size * y * s, size * (y * c + x * s), size * xz, size * yz)

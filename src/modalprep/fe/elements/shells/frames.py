@@ -24,7 +24,8 @@ def shell_frames(corners: np.ndarray) -> np.ndarray:
         normal = np.cross(along, corners[:, 2] - corners[:, 0])
     else:
         diagonals = [_unit(corners[:, 2] - corners[:, 0]), _unit(corners[:, 3] - corners[:, 1])]
-        along, normal = diagonals[0] - diagonals[1], np.cross(*diagonals)
+        along = diagonals[0] - diagonals[1]
+        normal = np.cross(*diagonals)
     e1, e3 = _unit(along), _unit(normal)
     return np.stack([e1, np.cross(e3, e1), e3], axis=1)
 

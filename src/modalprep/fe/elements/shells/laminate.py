@@ -65,7 +65,8 @@ def total_thickness(shell: Shell) -> float:
 
 def _sheet(shell: Shell) -> ShellSection:
     t, rho = shell.thickness, shell.material.rho
-    bending, shear = shell.bending_material or shell.material, shell.shear_material or shell.material
+    bending = shell.bending_material or shell.material
+    shear = shell.shear_material or shell.material
     return ShellSection(
         A=t * plane_stress(shell.material),
         B=np.zeros((3, 3)),
@@ -123,7 +124,8 @@ def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.
 
 def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> np.floating:
     neutral = Q @ (z[1:] ** 2 - z[:-1] ** 2) / 2 / (Q @ np.diff(z))
-    low, high = z[:-1] - neutral, z[1:] - neutral
+    low = z[:-1] - neutral
+    high = z[1:] - neutral
     D = Q @ (high**3 - low**3) / 3
     before = np.concatenate([[0.0], np.cumsum(Q * (high**2 - low**2) / 2)])[:-1]
     point, weight = np.polynomial.legendre.leggauss(3)  # g^2 is of degree 4
@@ -158,7 +160,8 @@ def rotated_moduli(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
 
 def rotated_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are rotated by `angle` (rad)."""
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     R = np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))
     return np.swapaxes(R, -1, -2) @ G @ R
 
@@ -171,7 +174,8 @@ def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
     >>> np.round(strain_rotation(np.pi / 2) @ [1.0, 2.0, 3.0], 12)
     array([ 2.,  1., -3.])
     """
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
     return np.moveaxis(T, (0, 1), (-2, -1))
 

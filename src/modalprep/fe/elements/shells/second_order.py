@@ -44,7 +44,9 @@ class ShellInside(Corotational):
         cells = self._cells
         t, slope = nodal_rotations(cells)
         rows = (slopes(cells), t, slope)
-        ne, nq, nl = len(self.xy), t.shape[1], t.shape[-1]
+        ne = len(self.xy)
+        nq = t.shape[1]
+        nl = t.shape[-1]
         return np.concatenate([x.reshape(ne, nq, -1, nl) for x in rows], axis=2), side_fields(cells)
 
     def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -56,13 +58,12 @@ class ShellInside(Corotational):
         """
         cells = self._cells
         N, M, Q, L = self._stress_resultants(d, cells.mapped[1])
-        G, u, t, slope = np.zeros((*N.shape[:2], 15, 15)), *np.split(np.arange(15), (6, 9))
+        G = np.zeros((*N.shape[:2], 15, 15))
+        u, t, slope = np.split(np.arange(15), (6, 9))
         for a in range(2):
-            G[..., u[3 * a], t[1]], G[..., u[3 * a + 1], t[0]], G[..., t[2], t[a]] = (
-                Q[..., a],
-                -Q[..., a],
-                Q[..., a] / 2,
-            )
+            G[..., u[3 * a], t[1]] = Q[..., a]
+            G[..., u[3 * a + 1], t[0]] = -Q[..., a]
+            G[..., t[2], t[a]] = Q[..., a] / 2
             for b in range(2):
                 m = M[..., a, b]
                 for i in range(3):
@@ -92,11 +93,14 @@ class ShellInside(Corotational):
 
         Over the thickness, without those of the mean strain about the neutral surface; None for symmetric sections.
         """
-        s, C = self._section, self.moduli[0]
+        s = self._section
+        C = self.moduli[0]
         if not (np.any(s.B) or np.any(s.third)):
             return None
         T = strain_rotation(self.angle if len(C) > 1 else self.angle[:1])
-        A, B, D = C[:, :3, :3], C[:, :3, 3:], C[:, 3:, 3:]
+        A = C[:, :3, :3]
+        B = C[:, :3, 3:]
+        D = C[:, 3:, 3:]
         neutral = np.linalg.solve(A, np.concatenate([A, B], axis=2))
         central = D - B @ np.linalg.solve(A, B)
         both = np.concatenate([D, T.transpose(0, 2, 1) @ s.third @ T], axis=2)

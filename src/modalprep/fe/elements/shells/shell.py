@@ -106,7 +106,8 @@ class ShellBlock(ShellInside):
         height = offset[:, None] - local[..., 2]
         angle = material_angle(corners, frame, section, data)
         ratio = thickness_ratio(kind, section, data, len(nodes))
-        xy, yields = local[..., :2].copy(), None
+        xy = local[..., :2].copy()
+        yields = None
         if "beam_arm" in data:
             yields = yielding_nodes(data["beam_arm"], frame[:, 2], offset, xy)
             yields = yields if yields.any() else None
@@ -142,7 +143,8 @@ class ShellBlock(ShellInside):
     def _mean_ratio(self) -> tuple[np.ndarray, np.ndarray]:
         """Means (ne,) over the element of the thickness over that of the section, and of its cube."""
         cells = FlatCells(self.kind, self.xy, MASS_DEGREE[self.kind][0])
-        ratio, share = self._ratio_at(cells.N), cells.mapped[1]
+        ratio = self._ratio_at(cells.N)
+        share = cells.mapped[1]
         return tuple(np.sum(share * ratio**k, axis=1) / np.sum(share, axis=1) for k in (1, 3))
 
     def _ratio_at(self, N: np.ndarray) -> np.ndarray:
@@ -157,7 +159,8 @@ class ShellBlock(ShellInside):
         """
         B, dx = self._strain_rows(STIFFNESS_DEGREE[self.kind])
         plane, bend, coupling = self.row_moduli
-        membrane, moduli = slice(0, 3), np.zeros((len(plane), *2 * B.shape[2:3]))
+        membrane = slice(0, 3)
+        moduli = np.zeros((len(plane), *2 * B.shape[2:3]))
         rows = np.r_[membrane, 8 : B.shape[2]]
         moduli[:, rows[:, None], rows], moduli[:, 3:8, 3:8] = plane, bend
         moduli[:, membrane, 3:6] = moduli[:, 3:6, membrane] = coupling
@@ -165,9 +168,13 @@ class ShellBlock(ShellInside):
 
     def _strain_rows(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
         """Strain rows ``B (ne, nq, ns, 6n)`` and ``dx (ne, nq)`` at the points of a rule."""
-        own, at, (ne, n) = rule(self.kind, STIFFNESS_DEGREE[self.kind]), rule(self.kind, degree), self.nodes.shape
-        nq, ns = len(at.weight), 5 + self.row_moduli.plane.shape[1]
-        B, dx = np.empty((ne, nq, ns, 6 * n)), np.empty((ne, nq))
+        own = rule(self.kind, STIFFNESS_DEGREE[self.kind])
+        at = rule(self.kind, degree)
+        ne, n = self.nodes.shape
+        nq = len(at.weight)
+        ns = 5 + self.row_moduli.plane.shape[1]
+        B = np.empty((ne, nq, ns, 6 * n))
+        dx = np.empty((ne, nq))
         in_threads(strain_rows, ne, self._geometry, self.row_moduli, self._optimal, own, at, B, dx)
         if self.yields is not None:
             some, felt = self._felt
@@ -201,14 +208,17 @@ class ShellBlock(ShellInside):
             extra = 9 / 4 * np.maximum((1 - 4 * nu2) / 2, OPT_BETA)[:, None, None] * C[:, :3, :3]
         kind = np.result_type(C, S)
         plane, bend = (np.zeros((len(C), m, m), dtype=kind) for m in (3 + extra.shape[1], 5))
-        plane[:, :3, :3], plane[:, 3:, 3:] = C[:, :3, :3], extra
-        bend[:, :3, :3], bend[:, 3:, 3:] = C[:, 3:, 3:], S
+        plane[:, :3, :3] = C[:, :3, :3]
+        plane[:, 3:, 3:] = extra
+        bend[:, :3, :3] = C[:, 3:, 3:]
+        bend[:, 3:, 3:] = S
         return Moduli(plane, bend, np.ascontiguousarray(C[:, :3, 3:]))
 
     def stiffness(self) -> np.ndarray:
         """Elastic stiffness ``(ne, 6n, 6n)``."""
         ne, n = self.nodes.shape
-        K, at = np.empty((ne, 6 * n, 6 * n)), rule(self.kind, STIFFNESS_DEGREE[self.kind])
+        K = np.empty((ne, 6 * n, 6 * n))
+        at = rule(self.kind, STIFFNESS_DEGREE[self.kind])
         in_threads(stiffness, ne, self._geometry, self.row_moduli, self._optimal, at, K)
         if self.yields is not None:
             some, felt = self._felt
@@ -246,8 +256,10 @@ class ShellBlock(ShellInside):
 
     def rotating_arms(self) -> RotatingArms:
         """Mass off the surface of the nodes: through the thickness, of unsymmetric laminates, of eccentric elements."""
-        at, count = self._mass_samples, self._counts[0]
-        normal, (surface, sheet) = self.frame[:, None, 2], MASS_DEGREE[self.kind]
+        at = self._mass_samples
+        count = self._counts[0]
+        normal = self.frame[:, None, 2]
+        surface, sheet = MASS_DEGREE[self.kind]
         parts = [nodal_arms(at.mass(), self.arm)] if np.any(self.arm) else []
         parts.append(section_arms(at.weight[:, count:], normal, self._rotations(sheet)))
         if self._lift:
@@ -268,23 +280,26 @@ class ShellBlock(ShellInside):
     @property
     def _mass_samples(self) -> NodalFunctions:
         """Samples of the surface of the mass, then of the thickness about it."""
-        (ne, n), ns, rules = self.nodes.shape, sum(self._counts), [rule(self.kind, k) for k in MASS_DEGREE[self.kind]]
-        dx, position, values = np.empty((ne, ns)), np.empty((ne, ns, 3)), np.empty((ne, ns, n, 10))
+        ne, n = self.nodes.shape
+        ns = sum(self._counts)
+        rules = [rule(self.kind, k) for k in MASS_DEGREE[self.kind]]
+        dx = np.empty((ne, ns))
+        position = np.empty((ne, ns, 3))
+        values = np.empty((ne, ns, n, 10))
         middle = self.centre + self.offset[:, None] * self.frame[:, 2]
         in_threads(mass_samples, ne, self._geometry, middle, self._lift, *rules, dx, position, values)
         s, nsm = self._section, self.section.nsm
         surface, sheet = np.split(dx, self._counts[:1], axis=1)
         ratio = [self._ratio_at(at.N) for at in rules]
-        surface, sheet = (
-            (nsm + (s.mass - nsm) * ratio[0]) * surface,
-            (s.second - s.mass * self._lift**2) * ratio[1] ** 3 * sheet,
-        )
+        surface = (nsm + (s.mass - nsm) * ratio[0]) * surface
+        sheet = (s.second - s.mass * self._lift**2) * ratio[1] ** 3 * sheet
         weight = np.concatenate([surface, sheet], axis=1)
         return NodalFunctions(weight, np.repeat([1.0, 0.0], self._counts), position, values)
 
     def _rotations(self, degree: int) -> np.ndarray:
         """Rotation ``(ne, nq, 3, 6n)`` per nodal DOF, mesh axes."""
-        N, (ne, n) = rule(self.kind, degree).N, self.nodes.shape
+        N = rule(self.kind, degree).N
+        ne, n = self.nodes.shape
         t = np.zeros((ne, len(N), 3, n, 6))
         for a in range(3):
             t[:, :, a, :, 3 + a] = N

@@ -88,8 +88,10 @@ def _of_bubble() -> np.ndarray:
     From the terms ``r s^2`` along r and ``r^2 s`` along s, which are 32 times that size each, at 2 x 3 points.
     """
     highest = [np.linalg.inv(points[:, None] ** np.arange(len(points)))[-1] for points in (TWO, THREE)]
-    along = [np.einsum("k,l,klij->ij", *own, _across(_grid(*at), a).reshape(len(at[0]), -1, 9, 9)) for a, own, at in (
-        (0, highest, TIED[0, 0]), (1, highest[::-1], TIED[1, 1]))]  # fmt: skip
+    along = [
+        np.einsum("k,l,klij->ij", *own, _across(_grid(*at), a).reshape(len(at[0]), -1, 9, 9))
+        for a, own, at in ((0, highest, TIED[0, 0]), (1, highest[::-1], TIED[1, 1]))
+    ]
     return (along[0] + along[1]) / 64
 
 

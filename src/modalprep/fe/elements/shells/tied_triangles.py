@@ -20,7 +20,9 @@ from modalprep.fe.elements.shells.tied_strains import CURVATURE, MEMBRANE, SHEAR
 from modalprep.fe.mesh.reference_cells import quadrature, shapes_at
 
 CELL = "triangle6"
-LOW, HIGH = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5  # Gauss points of a side
+# Gauss points of a side
+LOW = 0.5 - 0.5 / 3**0.5
+HIGH = 0.5 + 0.5 / 3**0.5
 SIDES = {  # direction of each side, and the two points on it at which strains along it are sampled
     (1.0, 0.0): ((LOW, 0.0), (HIGH, 0.0)),
     (0.0, 1.0): ((0.0, LOW), (0.0, HIGH)),
@@ -45,8 +47,11 @@ def triangle_forms(degree: int) -> Forms:
     along = [_along(side, points, X) for side, points in SIDES.items()]
     in_plane = np.stack([along[0], along[1], along[0] + along[1] - along[2]], axis=1)
     xx, xt = np.zeros((2, X.shape[1], 8, 6, 6))
-    turned, shear = np.zeros(xx.shape[:3]), _shear(X)
-    xx[:, MEMBRANE], xt[:, CURVATURE], xt[:, SHEAR] = in_plane / 2, in_plane, shear[..., :6]
+    turned = np.zeros(xx.shape[:3])
+    shear = _shear(X)
+    xx[:, MEMBRANE] = in_plane / 2
+    xt[:, CURVATURE] = in_plane
+    xt[:, SHEAR] = shear[..., :6]
     pairs = np.einsum("qia,qb->qabi", shapes_at(CELL, X)[1], _bubble(X)[1])
     turned[:, CURVATURE] = np.stack([pairs[:, 0, 0], pairs[:, 1, 1], pairs[:, 0, 1] + pairs[:, 1, 0]], axis=1)
     turned[:, SHEAR] = shear[..., 6]
@@ -90,7 +95,8 @@ def _bubble(X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _nedelec(X: np.ndarray) -> np.ndarray:
     """Return the eight vector fields ``(nq, 2, 8)`` whose tangents are linear along every side."""
     r, s = X
-    one, none = np.ones_like(r), np.zeros_like(r)
+    one = np.ones_like(r)
+    none = np.zeros_like(r)
     first = np.stack([one, r, s, none, none, none, r * s, s * s], axis=-1)
     second = np.stack([none, none, none, one, r, s, -r * r, -r * s], axis=-1)
     return np.stack([first, second], axis=1)

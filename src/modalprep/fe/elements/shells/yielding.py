@@ -53,11 +53,13 @@ def yielding_map(kind: str, xy: np.ndarray, yields: np.ndarray) -> np.ndarray:
     array([0.97, 0.  , 0.  ])
     """
     grad = FlatCells(kind, xy, NODES).mapped[0]
-    (ne, n), held = yields.shape, np.where(yields, HELD, 1.0)
+    ne, n = yields.shape
+    held = np.where(yields, HELD, 1.0)
     T = np.zeros((ne, n, 6, n, 6))
     for i in range(n):
         T[:, i, range(6), i, range(6)] = 1.0
         T[:, i, TZ, i, TZ] = held[:, i]
         own = (1.0 - held[:, i, None]) / 2
-        T[:, i, TZ, :, 0], T[:, i, TZ, :, 1] = -own * grad[:, i, :, 1], own * grad[:, i, :, 0]
+        T[:, i, TZ, :, 0] = -own * grad[:, i, :, 1]
+        T[:, i, TZ, :, 1] = own * grad[:, i, :, 0]
     return T.reshape(ne, 6 * n, 6 * n)

@@ -37,7 +37,8 @@ def beam_general_section(deck: Deck, block: Block) -> None:
         slight = SLIGHT * max(I11, I22)
         if not (I11 and I22 and J):
             deck.note(f"zero I11, I22 or J of beams is {SLIGHT:g} of the larger moment (first in line {block.line})")
-        profile, second = Profile(A, I11 or slight, I22 or slight, I12, J or slight, k=1.0), 1
+        profile = Profile(A, I11 or slight, I22 or slight, I12, J or slight, k=1.0)
+        second = 1
     else:
         profile, second = _shape(block)
     moduli = block.row(second + 1)
@@ -85,7 +86,8 @@ def _finish(deck: Deck, block: Block, keys: list[Key], profile: Profile, second:
     """Give the section, and every element its direction; `factor` on J and k is G over that of the material."""
     m = deck.units.length
     major, minor, angle = profile.principal
-    c, s = math.cos(angle), math.sin(angle)
+    c = math.cos(angle)
+    s = math.sin(angle)
     x1, x2 = profile.centroid
     for k, name in enumerate(("OFFSET1", "OFFSET2")):  # of CalculiX, in thicknesses
         shift = Row([block.options.get(name, "")], block.file, block.line).real(0, name, 0.0) * profile.size[k]
@@ -96,11 +98,18 @@ def _finish(deck: Deck, block: Block, keys: list[Key], profile: Profile, second:
         ky, kz = (stiffness * deck.units.stress * m**2 / (material.G * factor * profile.A * m**2) for stiffness in own)
     cubic = all(deck.elements[key].type.startswith("B33") for key in keys)
     section = block.made(
-        Beam, material=material, A=profile.A * m**2, Iy=major * m**4, Iz=minor * m**4, J=profile.J * factor * m**4,
-        ky=ky * factor, kz=kz * factor, offset=((c * x1 + s * x2) * m, (c * x2 - s * x1) * m),
+        Beam,
+        material=material,
+        A=profile.A * m**2,
+        Iy=major * m**4,
+        Iz=minor * m**4,
+        J=profile.J * factor * m**4,
+        ky=ky * factor,
+        kz=kz * factor,
+        offset=((c * x1 + s * x2) * m, (c * x2 - s * x1) * m),
         theory="euler-bernoulli" if cubic else "timoshenko",
         fibres=tuple(((c * a + s * b) * m, (c * b - s * a) * m) for a, b in profile.points),
-    )  # fmt: skip
+    )
     give(deck, block, section)
     row = block.row(second)
     n1 = np.array(row.reals(0, 3, "n1"))
@@ -128,5 +137,6 @@ def transverse_shear(deck: Deck, block: Block) -> None:
     """``*TRANSVERSE SHEAR STIFFNESS`` of a beam: it stands behind the section that it belongs to."""
     if block.owner is None or not block.owner.keyword.startswith("BEAM"):
         block.refuse("belongs to no section of beams; those of shells follow from thickness and material")
-    K23, K13 = block.row().real(0, "K23"), block.row().real(1, "K13", 0.0)
+    K23 = block.row().real(0, "K23")
+    K13 = block.row().real(1, "K13", 0.0)
     deck.current.setdefault("shear", {})[id(block.owner)] = (K13 or K23, K23)

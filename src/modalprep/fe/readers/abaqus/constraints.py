@@ -14,9 +14,18 @@ from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.sets import faces_of, surface_nodes, surface_of
 
 NAMED = {
-    "ENCASTRE": "123456", "PINNED": "123", "XSYMM": "156", "YSYMM": "246", "ZSYMM": "345",
-    "XASYMM": "234", "YASYMM": "135", "ZASYMM": "126", "NOWARP": "", "NOOVAL": "", "NODEFORM": "",
-}  # fmt: skip
+    "ENCASTRE": "123456",
+    "PINNED": "123",
+    "XSYMM": "156",
+    "YSYMM": "246",
+    "ZSYMM": "345",
+    "XASYMM": "234",
+    "YASYMM": "135",
+    "ZASYMM": "126",
+    "NOWARP": "",
+    "NOOVAL": "",
+    "NODEFORM": "",
+}
 ROTATING = ("shell", "beam", "rotary inertia")  # families whose nodes have rotations
 
 
@@ -54,7 +63,8 @@ def equation(deck: Deck, block: Block) -> None:
     """``*EQUATION``: a count, then node or set, component and coefficient of each term."""
     k = 0
     while k < len(block.rows):
-        count, start = block.row(k).integer(0, "number of terms"), block.row(k)
+        count = block.row(k).integer(0, "number of terms")
+        start = block.row(k)
         if not 1 <= count <= 100_000:
             raise start.error(f"an equation has {count} terms; give their number")
         fields: list[str] = []
@@ -135,7 +145,9 @@ def mean_terms(deck: Deck, link: Link) -> Iterator[list[tuple[int, int, float]]]
     """Yield the terms of the equations of an averaging link whose node something else holds."""
     points = np.array(deck.points)
     arm = points[link.nodes] - points[link.node]
-    every, dofs, name = np.ones(6, dtype=bool), np.full((len(arm), 6), -1), "*DISTRIBUTING"
+    every = np.ones(6, dtype=bool)
+    dofs = np.full((len(arm), 6), -1)
+    name = "*DISTRIBUTING"
     over = MeanPoints.over(points, link.nodes, link.over) if link.over else None
     placed = PlacedLink("rbe3", name, np.arange(6), dofs, arm, every, link.weights, False, mean_points=over)
     mean = placed.average()[0]
@@ -181,7 +193,8 @@ def rigid_body(deck: Deck, block: Block) -> None:
     if "ANALYTICAL SURFACE" in block.options:
         block.refuse("with an ANALYTICAL SURFACE is not read; give the rigid body by elements or nodes")
     reference = deck.nodes_of(block, block.scope, block.option("REF NODE"))
-    whole, pinned = np.ones(6, dtype=bool), np.array([True] * 3 + [False] * 3)
+    whole = np.ones(6, dtype=bool)
+    pinned = np.array([True] * 3 + [False] * 3)
     tied: list[int] = []
     for name in ("NSET", "TIE NSET"):
         if block.options.get(name):

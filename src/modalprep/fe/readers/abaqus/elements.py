@@ -34,7 +34,9 @@ TYPES: dict[str, Type] = {
     "C3D5": _type("solid", "pyramid", "C3D5H?"),
     "C3D6": _type("solid", "wedge", "C3D6H?T?"),
     "C3D8": _type(
-        "solid", "hexahedron", "C3D8(H|T|S|HS)?",
+        "solid",
+        "hexahedron",
+        "C3D8(H|T|S|HS)?",
         "It has nine incompatible modes here, and a consistent mass, which Abaqus lumps.",
     ),
     "C3D8I": _type("solid", "hexahedron", "C3D8IH?", "Its incompatible modes are those of our hexahedron."),
@@ -44,14 +46,14 @@ TYPES: dict[str, Type] = {
     "C3D20": _type("solid", "hexahedron20", "C3D20[HT]?"),
     "C3D20R": _type("solid", "hexahedron20", "C3D20R[HT]?", FULL),
     "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", SHELL),
-    "S4, S4R, S4R5": _type(
-        "shell", "quad", "S4R?5?S?W?T?|DS4", SHELL
-    ),
+    "S4, S4R, S4R5": _type("shell", "quad", "S4R?5?S?W?T?|DS4", SHELL),
     "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", SHELL),
     "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", SHELL),
     "S9R5": _type("shell", "quad9", "S9R5"),
     "B31": _type(
-        "beam", "line", "B31R?H?|PIPE31H?",
+        "beam",
+        "line",
+        "B31R?H?|PIPE31H?",
         "The beam is exact in statics and its mass consistent, where Abaqus lumps it and CalculiX makes solids of it.",
     ),
     "B31OS": _type("beam", "line", "B31OSH?", "Warping of the section is left out."),
@@ -85,7 +87,7 @@ TYPES: dict[str, Type] = {
     "CPS8, CPE8, M3D8, SFM3D8": _type(
         "surface", "quad8", "(CP[SE]|M3D|SFM3D|DC2D)8[RHT]?", "Without a section it is a group of surface cells."
     ),
-}  # fmt: skip
+}
 NODES = {"spring": 2, "dashpot": 2}
 COLLAPSED = {  # cells whose corners fall together: which are left, of which cell
     ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
@@ -156,7 +158,8 @@ def _add(deck: Deck, row: Row, scope: str, given: str, known: Type, count: int) 
         raise row.error(
             f"element {', '.join(row.fields)} of type {given} needs a number and {count} nodes; export again"
         )
-    own, more = row.fields[1 : count + 1], row.fields[count + 1 :]
+    own = row.fields[1 : count + 1]
+    more = row.fields[count + 1 :]
     found = [deck.nodes.get((scope, int(text))) if text.isdecimal() else None for text in own]
     nodes = [_node(deck, row, scope, label, own[k]) if node is None else node for k, node in enumerate(found)]
     extra = [_node(deck, row, scope, label, text) for text in more[:1]] if known.family == "beam" else []
@@ -203,8 +206,14 @@ def elgen(deck: Deck, block: Block) -> None:
         if (scope, label) not in deck.elements:
             raise row.error(f"element {label} is not there; list it before it is repeated")
         master = deck.elements[scope, label]
-        sizes = [(row.integer(k, "a number of elements", 1) or 1, row.integer(k + 1, "a step", 1) or 1,
-                  row.integer(k + 2, "a step", 1) or 1) for k in (1, 4, 7)]  # fmt: skip
+        sizes = [
+            (
+                row.integer(k, "a number of elements", 1) or 1,
+                row.integer(k + 1, "a step", 1) or 1,
+                row.integer(k + 2, "a step", 1) or 1,
+            )
+            for k in (1, 4, 7)
+        ]
         counts = [count for count, _, _ in sizes]
         if min(counts) < 1 or counts[0] * counts[1] * counts[2] > MOST:
             raise row.error(f"{' x '.join(map(str, counts))} elements cannot be made; correct the numbers")

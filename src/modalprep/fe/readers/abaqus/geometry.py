@@ -83,11 +83,14 @@ def _local(kind: str, x: np.ndarray) -> np.ndarray:
 
 def ngen(deck: Deck, block: Block) -> None:
     """``*NGEN``: nodes between two, on a line, a parabola through a third, or an arc about a third."""
-    kind, scope = block.choice("LINE"), block.scope
+    kind = block.choice("LINE")
+    scope = block.scope
     if kind not in ("", "C", "P") or "SYSTEM" in block.options:
         block.refuse("has a SYSTEM or a LINE other than C and P; list the nodes")
     for row in block.rows:
-        first, last, step = (label_of(row, 0, "first node"), label_of(row, 1, "last node"), row.integer(2, "step", 1))
+        first = label_of(row, 0, "first node")
+        last = label_of(row, 1, "last node")
+        step = row.integer(2, "step", 1)
         step = step or 1
         if (last - first) % step or (last - first) // step < 1 or (last - first) // step > MOST:
             raise row.error(f"the numbers from {first} to {last} are not reached in steps of {step}; correct them")
@@ -128,7 +131,8 @@ def nfill(deck: Deck, block: Block) -> None:
         block.refuse("fills unevenly (BIAS or SINGULAR); list the nodes")
     for row in block.rows:
         first, last = (deck.nodes_of(row, block.scope, row.text(k)) for k in (0, 1))
-        count, step = row.integer(2, "number of intervals"), row.integer(3, "step", 1)
+        count = row.integer(2, "number of intervals")
+        step = row.integer(3, "step", 1)
         if len(first) != len(last) or not 1 <= count <= MOST:
             raise row.error(f"fills between {len(first)} and {len(last)} nodes in {count} intervals; give equal sets")
         _fill(deck, block, row, (first, last), count, step)
@@ -149,8 +153,11 @@ def ncopy(deck: Deck, block: Block) -> None:
     if set(block.options) & {"POLE", "REFLECT", "MULTIPLE"}:
         block.refuse("has POLE, REFLECT or MULTIPLE; only SHIFT is read")
     step = Row([block.option("CHANGE NUMBER")], block.file, block.line).integer(0, "CHANGE NUMBER")
-    shift, row = np.array(block.row(0).reals(0, 3, "a shift")), block.row(1)
-    a, b, angle = np.array(row.reals(0, 3, "a")), np.array(row.reals(3, 3, "b")), row.real(6, "an angle", 0.0)
+    shift = np.array(block.row(0).reals(0, 3, "a shift"))
+    row = block.row(1)
+    a = np.array(row.reals(0, 3, "a"))
+    b = np.array(row.reals(3, 3, "b"))
+    angle = row.real(6, "an angle", 0.0)
     length = np.linalg.norm(b - a)
     turn = Rotation.from_rotvec(np.radians(angle) * (b - a) / (length or 1.0)).as_matrix()
     own, moved = deck.parts.moves.get(block.scope, (np.eye(3), np.zeros(3)))

@@ -124,7 +124,9 @@ class _Reading:
     """Files read so far, in the order of their lines."""
 
     def __init__(self, path: Path) -> None:
-        self.folder, self.digest, self.files = path.parent, hashlib.sha256(), 0
+        self.folder = path.parent
+        self.digest = hashlib.sha256()
+        self.files = 0
         self.blocks = [Block("", {}, str(path), 0)]
 
     def read(self, path: Path, inside: tuple[Path, ...] = ()) -> None:

@@ -15,8 +15,11 @@ from modalprep.fe.readers.units import RHO_MIN
 
 CONSTANTS = {"ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21}
 SPELLINGS = {
-    "ISO": "ISOTROPIC", "ORTHO": "ORTHOTROPIC", "ANISO": "ANISOTROPIC", "ENGINEERINGCONSTANTS": "ENGINEERING CONSTANTS",
-}  # fmt: skip
+    "ISO": "ISOTROPIC",
+    "ORTHO": "ORTHOTROPIC",
+    "ANISO": "ANISOTROPIC",
+    "ENGINEERINGCONSTANTS": "ENGINEERING CONSTANTS",
+}
 
 NINE = ("E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23")
 STRAINS = [0, 1, 2, 3, 5, 4]  # where strains 11, 22, 33, 12, 23, 13 stand in Abaqus' order
@@ -103,10 +106,12 @@ def elastic(deck: Deck, block: Block) -> None:
     if not block.rows:
         block.refuse("has no constants; give them in the next line")
     count = CONSTANTS[kind]
-    joined, per_set = block.joined(), -(-(count + 1) // 8)
+    joined = block.joined()
+    per_set = -(-(count + 1) // 8)
     if len(joined.fields) < count - (kind == "ISOTROPIC"):
         raise joined.error(f"{kind} needs {count} constants; it has {len(joined.fields)}")
-    substance.kind, substance.constants = kind, joined.reals(0, count, "an elastic constant")
+    substance.kind = kind
+    substance.constants = joined.reals(0, count, "an elastic constant")
     if len(block.rows) > per_set:
         deck.note(f"material {substance.name}: of its temperatures the first holds (line {block.line})")
 
@@ -189,7 +194,8 @@ def engineering(substance: Substance) -> list[float]:
 
 def orientation(deck: Deck, block: Block) -> None:
     """``*ORIENTATION`` by coordinates, of the whole set or by a distribution."""
-    name, kind = block.option("NAME"), block.choice("SYSTEM", "RECTANGULAR") or "RECTANGULAR"
+    name = block.option("NAME")
+    kind = block.choice("SYSTEM", "RECTANGULAR") or "RECTANGULAR"
     if kind not in ("RECTANGULAR", "Z RECTANGULAR", "CYLINDRICAL", "SPHERICAL"):
         block.refuse(f"has SYSTEM={kind}; known are RECTANGULAR, Z RECTANGULAR, CYLINDRICAL and SPHERICAL")
     if block.choice("DEFINITION", "COORDINATES") != "COORDINATES":
@@ -198,10 +204,12 @@ def orientation(deck: Deck, block: Block) -> None:
     row, second = block.row(0), block.row(1)
     if row.text(0) and not _is_number(row.text(0)):
         table = deck.named("distribution", row, block.scope, row.text(0))
-        values, of_element = np.array(table[None]), {k: np.array(v) for k, v in table.items() if k is not None}
+        values = np.array(table[None])
+        of_element = {k: np.array(v) for k, v in table.items() if k is not None}
     else:
         values = np.array(row.reals(0, 9 if len(row.fields) > 6 else 6, "a coordinate"))
-    axis, angle = second.integer(0, "an axis", 1), np.radians(second.real(1, "an angle", 0.0))
+    axis = second.integer(0, "an axis", 1)
+    angle = np.radians(second.real(1, "an angle", 0.0))
     if axis not in (1, 2, 3):
         raise second.error(f"the axis {axis} of the rotation is none of 1, 2, 3; correct it")
     made = Orientation(block, kind, values, axis, float(angle), of_element)

@@ -57,7 +57,8 @@ class Parts:
             elif keyword == "END INSTANCE":
                 instance = None
             elif keyword == "STEP":
-                step, inside = step + 1, True
+                step = step + 1
+                inside = True
             elif keyword == "END STEP":
                 inside = False
             elif keyword not in ("ASSEMBLY", "END ASSEMBLY"):
@@ -68,7 +69,8 @@ class Parts:
                     yield replace(block, scope=scope, step=step if inside else 0)
 
     def _instance(self, block: Block) -> Iterator[Block]:
-        name, part = block.option("NAME"), block.options.get("PART", "")
+        name = block.option("NAME")
+        part = block.options.get("PART", "")
         if "LIBRARY" in block.options or "INSTANCE" in block.options:
             block.refuse("imports the result of another analysis; give the part itself")
         if part.upper() not in self.parts:
@@ -89,7 +91,9 @@ def _move(block: Block) -> Move:
     if len(block.rows) < 2:
         return np.eye(3), shift
     row = block.row(1)
-    a, b, angle = np.array(row.reals(0, 3, "a")), np.array(row.reals(3, 3, "b")), row.real(6, "an angle", 0.0)
+    a = np.array(row.reals(0, 3, "a"))
+    b = np.array(row.reals(3, 3, "b"))
+    angle = row.real(6, "an angle", 0.0)
     length = np.linalg.norm(b - a)
     if not length:
         raise row.error("the two points of the axis of rotation coincide; give two points")

@@ -45,7 +45,8 @@ class Profile:
         """Principal moments, the major about the first axis, and the angle from axis 1 to it, rad."""
         if abs(self.I12) <= 1e-12 * (self.I11 + self.I22):
             return self.I11, self.I22, 0.0
-        mean, half = (self.I11 + self.I22) / 2, (self.I11 - self.I22) / 2
+        mean = (self.I11 + self.I22) / 2
+        half = (self.I11 - self.I22) / 2
         radius = math.hypot(half, self.I12)
         return mean + radius, mean - radius, 0.5 * math.atan2(-self.I12, half)
 
@@ -56,14 +57,24 @@ def _strips(J: float, k: float, *rectangles: tuple[float, float, float, float]) 
     area = b * h
     A = area.sum()
     c1, c2 = area @ x / A, area @ y / A
-    left, right = (x - abs(b) / 2).min(), (x + abs(b) / 2).max()
-    low, high = (y - h / 2).min(), (y + h / 2).max()
-    I11, I22 = (area * (h**2 / 12 + (y - c2) ** 2)).sum(), (area * (b**2 / 12 + (x - c1) ** 2)).sum()
+    left = (x - abs(b) / 2).min()
+    right = (x + abs(b) / 2).max()
+    low = (y - h / 2).min()
+    high = (y + h / 2).max()
+    I11 = (area * (h**2 / 12 + (y - c2) ** 2)).sum()
+    I22 = (area * (b**2 / 12 + (x - c1) ** 2)).sum()
     corners = tuple((float(p - c1), float(q - c2)) for p in (right, left) for q in (high, low))
     return Profile(
-        A=float(A), I11=float(I11), I22=float(I22), I12=float(area @ ((x - c1) * (y - c2))), J=J, k=k,
-        centroid=(float(c1), float(c2)), size=(float(right - left), float(high - low)), points=corners,
-    )  # fmt: skip
+        A=float(A),
+        I11=float(I11),
+        I22=float(I22),
+        I12=float(area @ ((x - c1) * (y - c2))),
+        J=J,
+        k=k,
+        centroid=(float(c1), float(c2)),
+        size=(float(right - left), float(high - low)),
+        points=corners,
+    )
 
 
 def _open(*walls: tuple[float, float]) -> float:
@@ -73,7 +84,8 @@ def _open(*walls: tuple[float, float]) -> float:
 
 def rectangle(a: float, b: float) -> Profile:
     """Torsion by Saint-Venant's series (Timoshenko and Goodier, section 109)."""
-    long, short = max(a, b), min(a, b)
+    long = max(a, b)
+    short = min(a, b)
     series = sum(math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 40, 2))
     return _strips(long * short**3 / 3 * (1 - 192 * short / (math.pi**5 * long) * series), 0.85, (a, b, 0, 0))
 
@@ -129,14 +141,16 @@ def _trapezoid(a: float, b: float, c: float, d: float) -> Profile:
 def _arbitrary(*values: float) -> Profile:
     """Thin straight walls one after the other: their number, x y of the first two points, t, then x y t of each."""
     n = round(values[0])
-    start, rest = values[1:3], values[3 : 3 + 3 * n]
+    start = values[1:3]
+    rest = values[3 : 3 + 3 * n]
     if len(rest) < 3 * n or n < 1:
         return Profile(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     points = np.array([start, *((rest[3 * i], rest[3 * i + 1]) for i in range(n))])
     t = np.array(rest[2::3])
     d = np.diff(points, axis=0)
     length = np.linalg.norm(d, axis=1)
-    area, middle = length * t, (points[1:] + points[:-1]) / 2
+    area = length * t
+    middle = (points[1:] + points[:-1]) / 2
     A = area.sum()
     if not A > 0:
         return Profile(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -145,15 +159,23 @@ def _arbitrary(*values: float) -> Profile:
     second = np.einsum("k,ka,kb->ab", area, r, r) + np.einsum("k,ka,kb->ab", area, d, d) / 12
     J = _open(*zip(length, t, strict=True))
     if np.allclose(points[0], points[-1]):
-        p, q = points[:-1], points[1:]
+        p = points[:-1]
+        q = points[1:]
         enclosed = abs((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()) / 2
         J = 4 * enclosed**2 / (length / t).sum()
     fibres = tuple((float(x), float(y)) for x, y in points - centre)
     size = np.ptp(points, axis=0)
     return Profile(
-        float(A), float(second[1, 1]), float(second[0, 0]), float(second[0, 1]), float(J), 1.0,
-        (float(centre[0]), float(centre[1])), (float(size[0]), float(size[1])), fibres,
-    )  # fmt: skip
+        float(A),
+        float(second[1, 1]),
+        float(second[0, 0]),
+        float(second[0, 1]),
+        float(J),
+        1.0,
+        (float(centre[0]), float(centre[1])),
+        (float(size[0]), float(size[1])),
+        fibres,
+    )
 
 
 # Shear factors k: Abaqus Analysis User's Guide, Choosing a beam element, transverse shear stiffness.

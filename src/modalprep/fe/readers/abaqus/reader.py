@@ -82,7 +82,10 @@ def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Bl
     """Return the blocks to read, and note the others: ignored, unknown, of steps; refuse what would be missed."""
     ignored = {name: 0 for name in ignore}
     by_name = {_plain(name): name for name in ignore}
-    kept, unknown, steps, owner = [], [], Counter(), None
+    kept = []
+    unknown = []
+    steps = Counter()
+    owner = None
     for block in blocks:
         name = next((by_name[own] for own in _names(block) if own in by_name), None)
         if name is not None:

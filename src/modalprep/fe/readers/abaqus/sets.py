@@ -22,7 +22,8 @@ def node_or_element_set(deck: Deck, block: Block) -> None:
     scope = block.options.get("INSTANCE", "").upper()
     if scope and scope not in deck.parts.moves:
         block.refuse(f"names the instance {block.options['INSTANCE']}, which is not in the deck; correct it")
-    members, scope = deck.members(kind, block.scope, name), scope or block.scope
+    members = deck.members(kind, block.scope, name)
+    scope = scope or block.scope
     if "INTERNAL" in block.options:
         deck.internal.add((kind, (block.scope, name.upper())))
     if kind == "NSET" and block.options.get("ELSET"):
@@ -82,7 +83,8 @@ def faces_of(deck: Deck, block: Block, surface: Surface) -> list[tuple[str, list
     found = []
     for key, side in surface.faces:
         for kind, row in deck.elements[key].cells:
-            cell, nodes = CELLS[kind], deck.cells[kind][row]
+            cell = CELLS[kind]
+            nodes = deck.cells[kind][row]
             if cell.dimension < 3:
                 if side not in ("", "SPOS", "SNEG", "S1", "S2") and cell.dimension == 2:
                     block.refuse(f"uses the edge {side} of element {key[1]}; give faces or nodes")

@@ -47,9 +47,11 @@ def _tie(deck: Deck, row: Row, slaves: list[int], faces: list[tuple[str, list[in
     points = [np.array([deck.points[i] for i in nodes]) for _, nodes in faces]
     centres = np.array([p.mean(axis=0) for p in points])
     radius = np.array([np.linalg.norm(p - c, axis=1).max() for p, c in zip(points, centres, strict=True)])
-    tree, masters = cKDTree(centres), {node for _, nodes in faces for node in nodes}
+    tree = cKDTree(centres)
+    masters = {node for _, nodes in faces for node in nodes}
     tied = deck.current.setdefault("tied", set())
-    far, moved = [], 0.0
+    far = []
+    moved = 0.0
     for slave in slaves:
         if slave in masters or slave in tied:
             continue

@@ -39,7 +39,8 @@ def cut(line: str, widths: list[int]) -> list[str]:
     >>> cut("  1  22", [3, 4, 4])
     ['1', '22']
     """
-    fields, at = [], 0
+    fields = []
+    at = 0
     for width in widths:
         if at >= len(line):
             break
@@ -91,7 +92,8 @@ def element_rows(command: Command) -> Iterator[tuple[int, list[int]]]:
 
 def members(command: Command) -> list[int]:
     """Return the numbers of a component, of which a negative one ends a range that the one before begins."""
-    widths, found = layout(command), []
+    widths = layout(command)
+    found = []
     for line, text in command.rows:
         for value in whole(command, cut(text, widths), line):
             if value >= 0 or not found:
@@ -113,7 +115,8 @@ def real_sets(command: Command) -> Iterator[tuple[int, list[float]]]:
         fields = cut(text, others if left else widths)
         if not left:
             label, left = whole(command, fields[:2] + ["0"] * (2 - len(fields)), line)
-            fields, values = fields[2:], []
+            fields = fields[2:]
+            values = []
         values += [number(command, f, "constant", line) if f else 0.0 for f in fields[:left]]
         left = max(left - len(fields), 0) if fields else 0
         if not left:

@@ -98,7 +98,8 @@ def _beam(b: Builder, element: Element) -> None:
     """Beams of two or three nodes (the ends, then the middle), and a node of orientation."""
     number = b.deck.types[element.type].name
     kind, count = ("line3", 3) if number in ("189", "289") else ("line", 2)
-    nodes, up = b.nodes(element, range(count)), _up(b, element, count)
+    nodes = b.nodes(element, range(count))
+    up = _up(b, element, count)
     b.turning.update(nodes)
     name = b.group(element, "mrs", b.sections.beam4 if number == "4" else b.sections.beam)
     b.put("up", kind, b.cell(element, kind, nodes, name), up)
@@ -160,10 +161,12 @@ def _spring(b: Builder, element: Element) -> None:
     stiffness = [0.0] * 6
     stiffness[place] = k * b.units.mass * (b.units.length**2 if place > 2 else 1.0)
     ends = [label for label in element.nodes[:2] if label > 0]
-    kind, nodes = ("vertex", "line")[len(ends) - 1], b.nodes(element, range(len(ends)))
+    kind = ("vertex", "line")[len(ends) - 1]
+    nodes = b.nodes(element, range(len(ends)))
     if along and any(label in b.deck.angles for label in ends):
         raise b.deck.error(element, "its nodes are turned (THXY to THZX); give the spring in global axes")
-    translation, rotation = tuple(stiffness[:3]), tuple(stiffness[3:])
+    translation = tuple(stiffness[:3])
+    rotation = tuple(stiffness[3:])
     name = b.group(element, "r", lambda e: b.sections.made(e, Spring, translation=translation, rotation=rotation))
     row = b.cell(element, kind, nodes, name)
     if along:

@@ -42,7 +42,8 @@ def eblock(deck: Deck, command: Command) -> None:
     for line, row in element_rows(command):
         if solid:
             material, kind, real, section, system, *_ = row
-            label, nodes = row[10], row[11:]
+            label = row[10]
+            nodes = row[11:]
         elif len(row) > 5:
             label, section, real, material, system, *nodes = row
             kind = deck.attributes.get("type", 1)
@@ -108,7 +109,9 @@ def material(deck: Deck, command: Command) -> None:
     """MP: a property that does not depend on temperature."""
     if command.text(1) in ("REFT", "UVID"):
         return
-    label, number_, values = command.text(1), command.integer(2, "material", 1), command.reals(3)
+    label = command.text(1)
+    number_ = command.integer(2, "material", 1)
+    values = command.reals(3)
     _add_material(deck, label, number_, values[:1])
     if any(values[1:]):
         deck.note(f"material {number_}: {label} depends on the temperature; its value at 0 degrees is taken")
@@ -117,7 +120,9 @@ def material(deck: Deck, command: Command) -> None:
 def material_data(deck: Deck, command: Command) -> None:
     """MPDATA: a property at several temperatures, of which the first is taken."""
     first = 3 if command.text(1)[:3] in VERSIONED else 1
-    label, number_, values = command.text(first), command.integer(first + 1, "material", 1), command.reals(first + 3)
+    label = command.text(first)
+    number_ = command.integer(first + 1, "material", 1)
+    values = command.reals(first + 3)
     if command.integer(first + 2, "place", 1) > 1:
         return
     _add_material(deck, label, number_, values)
@@ -131,7 +136,8 @@ def _add_material(deck: Deck, label: str, number_: int, values: list[float]) -> 
 
 def table(deck: Deck, command: Command) -> None:
     """TB: elastic constants, isotropic or all 21; what is not linear is left out."""
-    kind, form = command.text(1)[:4], command.text(5)
+    kind = command.text(1)[:4]
+    form = command.text(5)
     deck.table = (command.integer(2, "material", 1), kind)
     if (kind == "ANEL" and form not in ("", "0")) or (kind == "ELAS" and form not in ("", "ISOT", "2")):
         raise command.error(f"material {deck.table[0]}: option {form} is not read; give EX to GXZ by MP")
@@ -179,7 +185,8 @@ def _section(deck: Deck, command: Command) -> SectionData:
 
 def section_data(deck: Deck, command: Command) -> None:
     """SECDATA: a ply of a shell, or the sizes of a beam."""
-    section, values = _section(deck, command), command.reals(1)
+    section = _section(deck, command)
+    values = command.reals(1)
     if section.kind == "SHEL" or section.kind == "SHELL":
         section.plies.append(values)
     else:
@@ -244,7 +251,8 @@ def local(deck: Deck, command: Command) -> None:
             command, command.integer(2, "kind", 0), origin, angles
         )
         return
-    label, kind = command.integer(3, "system"), command.integer(4, "kind", 0)
+    label = command.integer(3, "system")
+    kind = command.integer(4, "kind", 0)
     values = np.array([command.real(k, "value", 0.0) for k in range(5, 8)])
     if command.text(2) == "LOC":
         deck.systems[label] = local_system(command, kind, values, np.zeros(3))
@@ -309,13 +317,19 @@ def couple(deck: Deck, command: Command) -> None:
     """CP: nodes that share one DOF."""
     versioned = command.text(1)[:3] in VERSIONED
     if not versioned:
-        label, dofs, first = command.integer(1, "set"), command.text(2), 3
+        label = command.integer(1, "set")
+        dofs = command.text(2)
+        first = 3
     elif command.text(2) == "DEFI":
         named = [f.upper() for f in command.fields if f.upper() in (*DOFS, "ALL")]
-        label, dofs, first = command.integer(4, "set"), named[0] if named else "", len(command.fields)
+        label = command.integer(4, "set")
+        dofs = named[0] if named else ""
+        first = len(command.fields)
         deck.attributes["couple"] = label
     else:
-        label, dofs, first = deck.attributes.get("couple", 0), "", 3
+        label = deck.attributes.get("couple", 0)
+        dofs = ""
+        first = 3
     found = deck.couples.setdefault(label, {"label": dofs, "nodes": [], "line": command.line})
     if found["label"] not in (*DOFS, "ALL"):
         raise command.error(f"the DOF {found['label']!r} is not one of {', '.join(DOFS)}; correct it")

@@ -24,7 +24,9 @@ class Materials:
         values = self._values(element, number)
         if not _is_orthotropic(values):
             return self.isotropic(element, number)
-        E1, E2, nu12 = values["EX"], values.get("EY") or values["EX"], _major(values, "XY")
+        E1 = values["EX"]
+        E2 = values.get("EY") or values["EX"]
+        nu12 = _major(values, "XY")
         moduli = {"E1": E1, "E2": E2, **_shears(values)}
         moduli = {name: x * self.units.stress for name, x in moduli.items()}
         return self._made(element, number, Orthotropic, nu12=nu12, rho=self._density(values), **moduli)
@@ -90,14 +92,16 @@ def _major(values: dict[str, float], axes: str) -> float:
 
 def _shears(values: dict[str, float]) -> dict[str, float]:
     """Return the shear moduli; without GXY that of Ansys, which is isotropic for EX = EY."""
-    E1, E2 = values["EX"], values.get("EY") or values["EX"]
+    E1 = values["EX"]
+    E2 = values.get("EY") or values["EX"]
     G12 = values.get("GXY") or E1 * E2 / (E1 + E2 + 2 * _major(values, "XY") * E2)
     return {"G12": G12, "G13": values.get("GXZ") or G12, "G23": values.get("GYZ") or G12}
 
 
 def _is_orthotropic(values: dict[str, float]) -> bool:
     """Whether moduli differ with the direction, or G from that of E and nu."""
-    E, nu = values["EX"], values.get("PRXY", values.get("NUXY", POISSON))
+    E = values["EX"]
+    nu = values.get("PRXY", values.get("NUXY", POISSON))
     unlike = any(values.get(name) and not math.isclose(values[name], E, rel_tol=1e-3) for name in ("EY", "EZ"))
     shear = [values[name] for name in ("GXY", "GYZ", "GXZ") if values.get(name)]
     has_nu = "PRXY" in values or "NUXY" in values

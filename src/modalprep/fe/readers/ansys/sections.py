@@ -62,9 +62,14 @@ class Sections:
             return self.made(element, Shell, plies=tuple(plies), offset=offset)
         [ply] = plies
         return self.made(
-            element, Shell, material=ply.material, thickness=ply.thickness, angle=ply.angle, offset=offset,
+            element,
+            Shell,
+            material=ply.material,
+            thickness=ply.thickness,
+            angle=ply.angle,
+            offset=offset,
             bending_ratio=self._bending(element),
-        )  # fmt: skip
+        )
 
     def _shell_offset(self, element: Element, section: SectionData, thickness: float) -> float:
         """From the nodes to the mid-plane: with TOP the nodes are on top of the shell."""
@@ -93,15 +98,20 @@ class Sections:
             raise self.deck.error(element, "it has an elastic foundation (EFS); give springs instead")
         material = self.materials.sheet(element, element.material)
         return self.made(
-            element, Shell, material=material, thickness=t * self.m, angle=math.radians(others[4]),
+            element,
+            Shell,
+            material=material,
+            thickness=t * self.m,
+            angle=math.radians(others[4]),
             bending_ratio=self._bending(element),
-        )  # fmt: skip
+        )
 
     def link(self, element: Element) -> Truss:
         """LINK180 and LINK8: area in the section or in the real constants, with added mass per length."""
         if element.section in self.deck.sections:
             section = self._find(element, "LINK")
-            area, added = [*section.values, 0.0][0], 0.0
+            area = [*section.values, 0.0][0]
+            added = 0.0
         else:
             area, added = self.constants(element, 2)
             added = 0.0 if self.deck.types[element.type].name == "8" else added  # there it is the initial strain
@@ -113,12 +123,18 @@ class Sections:
         """BEAM4: AREA, IZZ, IYY, TKZ, TKY, THETA, ISTRN, IXX, SHEARZ, SHEARY, SPIN, ADDMAS."""
         A, Izz, Iyy, _, _, _, _, Ixx, shear_z, shear_y, _, added = self.constants(element, 12)
         return self.made(
-            element, Beam, material=self.materials.isotropic(element, element.material),
-            A=A * self.m**2, Iy=Iyy * self.m**4, Iz=Izz * self.m**4, J=(Ixx or Iyy + Izz) * self.m**4,
-            ky=1 / shear_z if shear_z else RIGID, kz=1 / shear_y if shear_y else RIGID,
+            element,
+            Beam,
+            material=self.materials.isotropic(element, element.material),
+            A=A * self.m**2,
+            Iy=Iyy * self.m**4,
+            Iz=Izz * self.m**4,
+            J=(Ixx or Iyy + Izz) * self.m**4,
+            ky=1 / shear_z if shear_z else RIGID,
+            kz=1 / shear_y if shear_y else RIGID,
             nsm=added * self.materials.units.mass / self.m,
             theory="timoshenko" if shear_z or shear_y else "euler-bernoulli",
-        )  # fmt: skip
+        )
 
     def beam(self, element: Element) -> Beam:
         """BEAM188, BEAM189, PIPE288 and PIPE289: a section by its shape or its numbers."""

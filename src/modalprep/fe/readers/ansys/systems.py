@@ -22,7 +22,8 @@ def axes_of(angles: np.ndarray) -> np.ndarray:
     """
     turned = np.eye(3)
     for axis, angle in zip((2, 0, 1), np.radians(angles), strict=True):
-        c, s = math.cos(angle), math.sin(angle)
+        c = math.cos(angle)
+        s = math.sin(angle)
         own = np.eye(3)
         j, k = (axis + 1) % 3, (axis + 2) % 3
         own[j, j], own[j, k], own[k, j], own[k, k] = c, s, -s, c

@@ -73,7 +73,8 @@ class Builder(MeshBuilder):
         name = f"{source.name.lower()}_{number}"
         if source.name in SECTIONS:
             section = SECTIONS[source.name](self.conversion, source)
-            self.properties[name], self.twist[name] = bar(self.conversion, source, section), section.turned[2]
+            self.properties[name] = bar(self.conversion, source, section)
+            self.twist[name] = section.turned[2]
         else:
             self.properties[name] = BUILDERS[source.name](self.conversion, source)
         return name

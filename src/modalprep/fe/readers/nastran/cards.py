@@ -153,7 +153,8 @@ def read_cards(path: Path) -> Deck:
 
 class _Reader:
     def __init__(self, path: Path) -> None:
-        self.folder, self.digest = path.parent, hashlib.sha256()
+        self.folder = path.parent
+        self.digest = hashlib.sha256()
         self.cards: list[Card] = []
         self.files, self.ended, self.open = 0, False, False
         self.steps: dict[int, str] = {}  # increments of the last card, by field
@@ -226,7 +227,8 @@ class _Reader:
         if len(self.cards) < 1 + continues:
             raise InputError(f"{where}: = and *(1) repeat the card before, and there is none; write the card out")
         before = self.cards[-2 if continues else -1]
-        name, start = head.rstrip("* "), 0
+        name = head.rstrip("* ")
+        start = 0
         if continues:
             width = len(data)
             start = -(-len(self.cards[-1].fields) // width) * width

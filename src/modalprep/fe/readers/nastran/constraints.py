@@ -201,7 +201,8 @@ def _equation(b: Builder, card: Card) -> Equation:
     terms = []
     for words in _terms(card):
         term = Card(card.name, words, card.file, card.line)
-        node, component = b.grids.node(term, 0, "a grid"), term.integer(1, "its component", lowest=1)
+        node = b.grids.node(term, 0, "a grid")
+        component = term.integer(1, "its component", lowest=1)
         if component > 6:
             raise card.error(f"component {component} is not one of 1 to 6")
         terms.append((node, component - 1, term.real(2, "a coefficient")))
@@ -221,7 +222,8 @@ def mean_equations(b: Builder, card: Card, link: Link, measured: Measured, depen
     ----------
     MSC Nastran 2004 Reference Manual, section on RBE3.
     """
-    points, own = b.grids.points * b.units.length, link.node
+    points = b.grids.points * b.units.length
+    own = link.node
     arm = points[[node for node, _, _ in measured]] - points[own]
     size = np.linalg.norm(arm, axis=1).mean() or 1.0
     S = np.array([_row(b, r, node, c, size) for r, (node, c, _) in zip(arm, measured, strict=True)])

@@ -107,7 +107,8 @@ def _sorted(cards: list[Card], ignore: set[str]) -> tuple[Tables, list[Card], li
     others: dict[str, list[tuple[str, str]]] = {ADVICE: [], HARMLESS: [], IGNORED: []}
     refused: list[Card] = []
     for card in cards:
-        entry, place = REGISTRY.get(card.name), (card.name[:16], f"{card.file} line {card.line}")
+        entry = REGISTRY.get(card.name)
+        place = (card.name[:16], f"{card.file} line {card.line}")
         if card.name in ignore:
             others[IGNORED].append(place)
         elif entry is None:

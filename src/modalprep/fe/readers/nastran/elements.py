@@ -241,7 +241,9 @@ def _bend(b: Builder, card: Card) -> None:
 
 def _arc(b: Builder, card: Card, start: np.ndarray, end: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, float]:
     """Return centre and angle of the arc by GEOM: v points to the centre (1), along the arc (2), or away (3, 4)."""
-    geometry, chord, source = card.integer(7, "GEOM", lowest=1), end - start, b.tables["bend"][card.integer(1, "PID")]
+    geometry = card.integer(7, "GEOM", lowest=1)
+    chord = end - start
+    source = b.tables["bend"][card.integer(1, "PID")]
     half = np.linalg.norm(chord) / 2
     across = v - chord * (v @ chord) / (chord @ chord)
     if geometry > 4 or not np.linalg.norm(across) > 1e-9 * np.linalg.norm(v):

@@ -47,9 +47,11 @@ def _rbe3(b: Builder, card: Card) -> None:
     for k, end in pairwise(starts):
         group = Card(card.name, words[k:end], card.file, card.line)
         found = [b.grids.of(card, number) for number in group.numbers(2, "a grid", b.grids.ids)]
-        nodes, weights = nodes + found, weights + [group.real(0, "a weight")] * len(found)
+        nodes = nodes + found
+        weights = weights + [group.real(0, "a weight")] * len(found)
         digits += [sorted(digits_of(card, group.text(1)))] * len(found)
-    mask, axes = components_of(card, card.text(3)), b.grids.displacement(node)[None]
+    mask = components_of(card, card.text(3))
+    axes = b.grids.displacement(node)[None]
     link = made_link(b, card, "rbe3", node, nodes, mask, axes, weights)
     dependent = [number for number, _ in pairs(card, words[stop + 1 :])]
     plain = all(digit == ["1", "2", "3"] for digit in digits)

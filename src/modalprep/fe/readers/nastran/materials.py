@@ -95,9 +95,11 @@ def _anisotropic(card: Card, stress: float, rho: float, shear: bool) -> Orthotro
     if max(abs(G13), abs(G23), abs(G12) if shear else 0.0) > 1e-6 * max(G11, G22):
         raise card.error("it couples shear with tension; turn it to its own axes by THETA, or use MAT8")
     if shear:
-        moduli, nu = {"E1": G11, "E2": G22, "G12": G11, "G13": G11, "G23": G22}, 0.0
+        moduli = {"E1": G11, "E2": G22, "G12": G11, "G13": G11, "G23": G22}
+        nu = 0.0
     elif G11 > 0 and G22 > 0 and G12**2 < G11 * G22:
-        nu, left = G12 / G22, 1 - G12**2 / (G11 * G22)
+        nu = G12 / G22
+        left = 1 - G12**2 / (G11 * G22)
         moduli = {"E1": G11 * left, "E2": G22 * left, "G12": G33, "G13": G33, "G23": G33}
     else:
         raise card.error(f"G11 = {G11:g}, G12 = {G12:g}, G22 = {G22:g} are no elastic sheet; correct them")
@@ -107,7 +109,8 @@ def _anisotropic(card: Card, stress: float, rho: float, shear: bool) -> Orthotro
 def sheet_material(conversion: Conversion, card: Card, k: int) -> Material | Orthotropic:
     """Return the material of a shell or a ply."""
     source = conversion.material(card, k, "MID", ("MAT1", "MAT2", "MAT8"))
-    stress, rho = conversion.units.stress, density(conversion, source, DENSITY[source.name])
+    stress = conversion.units.stress
+    rho = density(conversion, source, DENSITY[source.name])
     if source.name == "MAT2":
         return _anisotropic(source, stress, rho, shear=k == 5)
     if source.name == "MAT1":

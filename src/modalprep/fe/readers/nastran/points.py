@@ -33,7 +33,8 @@ def _elas(b: Builder, card: Card) -> None:
         b.conversion.note(
             "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
         )
-    kind, name = ("vertex", "line")[len(nodes) - 1], f"{card.name.lower()}_{card.id}"
+    kind = ("vertex", "line")[len(nodes) - 1]
+    name = f"{card.name.lower()}_{card.id}"
     k = [0.0] * 6
     k[c] = _scalar(b, card, "elas", "K")
     if k[c]:
@@ -52,8 +53,10 @@ def _scalar(b: Builder, card: Card, family: str, name: str) -> float:
 
 
 def _mass(b: Builder, card: Card) -> None:
-    node, cid = b.grids.node(card, 1, "G"), card.integer(2, "CID", 0)
-    point, offset = b.grids.points[node], card.reals(4, 3, "X")
+    node = b.grids.node(card, 1, "G")
+    cid = card.integer(2, "CID", 0)
+    point = b.grids.points[node]
+    offset = card.reals(4, 3, "X")
     I11, I21, I22, I31, I32, I33 = card.reals(8, 6, "inertia ")
     tensor = np.array([[I11, -I21, -I31], [-I21, I22, -I32], [-I31, -I32, I33]])
     axes = b.grids.system(card, max(cid, 0)).at(point)
@@ -72,13 +75,15 @@ def _mass(b: Builder, card: Card) -> None:
 
 def _conm1(b: Builder, card: Card) -> None:
     """A mass matrix (6, 6) that is one of a rigid body: its mass, offset and inertia."""
-    node, axes = b.grids.node(card, 1, "G"), np.eye(3)
+    node = b.grids.node(card, 1, "G")
+    axes = np.eye(3)
     if cid := card.integer(2, "CID", 0, lowest=0):
         axes = b.grids.system(card, cid).at(b.grids.points[node])
     M = np.zeros((6, 6))
     M[np.tril_indices(6)] = card.reals(3, 21, "M")
     M += np.tril(M, -1).T
-    m, coupling = M[0, 0], M[:3, 3:]
+    m = M[0, 0]
+    coupling = M[:3, 3:]
     offset = np.array([coupling[1, 2], coupling[2, 0], coupling[0, 1]]) / m if m else np.zeros(3)
     arm = skew(offset)
     rigid = np.block([[m * np.eye(3), -m * arm], [m * arm, M[3:, 3:]]])

@@ -76,7 +76,9 @@ def rod(conversion: Conversion, card: Card, first: int = 1) -> Truss:
     """PROD, and CONROD with its MID in field `first`."""
     material, factor = bar_material(conversion, card, first)
     m = conversion.units.length
-    A, J, nsm = card.real(first + 1, "A"), card.real(first + 2, "J", 0.0), card.real(first + 4, "NSM", 0.0)
+    A = card.real(first + 1, "A")
+    J = card.real(first + 2, "J", 0.0)
+    nsm = card.real(first + 4, "NSM", 0.0)
     nsm *= conversion.units.inertial / m
     return made(card, Truss, material=material, A=A * m**2, J=J * factor * m**4, nsm=nsm)
 
@@ -84,14 +86,17 @@ def rod(conversion: Conversion, card: Card, first: int = 1) -> Truss:
 def tube(conversion: Conversion, card: Card) -> Truss:
     """PTUBE: outer diameters at both ends and the thickness, blank or zero for a solid rod."""
     material, factor = bar_material(conversion, card, 1)
-    m, first, t = conversion.units.length, card.real(2, "OD"), card.real(3, "T", 0.0)
+    m = conversion.units.length
+    first = card.real(2, "OD")
+    t = card.real(3, "T", 0.0)
     outer = (first + card.real(5, "OD2", first)) / 2
     if outer != first:
         conversion.note("PTUBE with OD2: the mean of both diameters holds along the whole rod")
     inner = outer - 2 * t if t else 0.0
     if inner < 0:
         raise card.error(f"its wall of {t:g} is thicker than its radius of {outer / 2:g}; give a thinner one")
-    A, J = math.pi / 4 * (outer**2 - inner**2), math.pi / 32 * (outer**4 - inner**4)
+    A = math.pi / 4 * (outer**2 - inner**2)
+    J = math.pi / 32 * (outer**4 - inner**4)
     nsm = card.real(4, "NSM", 0.0) * conversion.units.inertial / m
     return made(card, Truss, material=material, A=A * m**2, J=J * factor * m**4, nsm=nsm)
 
@@ -112,7 +117,8 @@ def panel(conversion: Conversion, card: Card) -> Shell:
 
 def flange(conversion: Conversion, card: Card, factor: float, across: float) -> Truss:
     """Return the rod along an edge of a panel that is `across` wide (deck units), by the factor F1 or F2 of PSHEAR."""
-    t, m = card.real(2, "T"), conversion.units.length
+    t = card.real(2, "T")
+    m = conversion.units.length
     area = factor * t * (across / 2 if factor <= 1.01 else t / 2)
     source = conversion.material(card, 1, "MID", ("MAT1",))
     E, _, nu = elastic(source)
@@ -131,7 +137,8 @@ def pshell(conversion: Conversion, card: Card) -> Shell:
     """PSHELL: blank MID2 means no bending, blank MID3 no shear flexibility."""
     if not card.text(1) or card.text(10) not in ("", "0"):
         raise card.error("needs MID1 and no MID4; give the membrane's material, and offsets as ZOFFS")
-    material, t = sheet_material(conversion, card, 1), card.real(2, "T")
+    material = sheet_material(conversion, card, 1)
+    t = card.real(2, "T")
     bends, shears = card.text(3) not in ("", "0"), card.text(5) not in ("", "0")
     if not bends:
         conversion.note("PSHELL without MID2 (membrane only) keeps 1e-3 of its bending stiffness")
@@ -156,7 +163,8 @@ def pcomp(conversion: Conversion, card: Card) -> Shell:
     if not plies:
         raise card.error("it has no plies; give MID and T of each")
     plies += plies[::-1] if lam else []
-    total, m = sum(ply.thickness for ply in plies), conversion.units.length
+    total = sum(ply.thickness for ply in plies)
+    m = conversion.units.length
     offset = card.real(1, "Z0") * m + total / 2 if card.text(1) else 0.0
     nsm = card.real(2, "NSM", 0.0) * conversion.units.inertial / m**2
     return made(card, Shell, plies=tuple(plies), offset=offset, nsm=nsm)
@@ -165,7 +173,9 @@ def pcomp(conversion: Conversion, card: Card) -> Shell:
 def _plies(conversion: Conversion, card: Card) -> list[Ply]:
     """Blank material and thickness repeat those of the ply before; a ply without any entry is none."""
     step, first = (8, 9) if card.name == "PCOMPG" else (4, 8)
-    plies, material, t = [], None, 0.0
+    plies = []
+    material = None
+    t = 0.0
     for k in range(first, len(card.fields), step):
         if any(card.fields[k : k + 4]):
             material = sheet_material(conversion, card, k) if card.text(k) or material is None else material
@@ -191,7 +201,8 @@ def bush(conversion: Conversion, card: Card, location: float) -> Spring:
 
 def spring(conversion: Conversion, card: Card, k: list[float], location: float = 0.5) -> Spring:
     """Return a spring of six stiffnesses in deck units (force is mass length / s^2)."""
-    mass, turning = conversion.units.mass, conversion.units.mass * conversion.units.length**2
+    mass = conversion.units.mass
+    turning = conversion.units.mass * conversion.units.length**2
     si = tuple(value * (mass if i < 3 else turning) for i, value in enumerate(k))
     return made(card, Spring, translation=si[:3], rotation=si[3:], location=location)
 

@@ -51,7 +51,8 @@ def replicated(data: list[str], before: list[str]) -> tuple[list[str], dict[int,
     (['8', '2', '1.5', '3', '4'], {0: '1', 2: '.5'})
     """
     before = before + [""] * (len(data) - len(before))
-    fields, steps = [], {}
+    fields = []
+    steps = {}
     for k, text in enumerate(data):
         if text == "==":
             return fields + before[k:], steps

@@ -41,7 +41,8 @@ class Section:
         if not self.I12:
             return self.I1, self.I2, 0.0
         angle = 0.5 * math.atan2(2 * self.I12, self.I1 - self.I2)
-        mean, radius = (self.I1 + self.I2) / 2, math.hypot((self.I1 - self.I2) / 2, self.I12)
+        mean = (self.I1 + self.I2) / 2
+        radius = math.hypot((self.I1 - self.I2) / 2, self.I12)
         return mean + radius, mean - radius, angle
 
     @property
@@ -57,7 +58,8 @@ class Section:
 
     def ours(self, y: float, z: float) -> tuple[float, float]:
         """Return a position in the section along e2 and e3 of `Beam`."""
-        c, s = math.cos(self.turned[2]), math.sin(self.turned[2])
+        c = math.cos(self.turned[2])
+        s = math.sin(self.turned[2])
         return s * y - c * z, c * y + s * z
 
 
@@ -76,7 +78,8 @@ def pbar(conversion: Conversion, card: Card) -> Section:
 
 def pbeam(conversion: Conversion, card: Card) -> Section:
     """PBEAM: the sections along the beam; K1, K2 default to 1."""
-    ends, first = ("YES", "YESA", "NO"), _station(card, 2, (0.0,) * 6)
+    ends = ("YES", "YESA", "NO")
+    first = _station(card, 2, (0.0,) * 6)
     row = 1 + (card.row(1)[0] not in ends)
     points = () if row == 1 else _points(card)  # of end A
     stations = {0.0: first}
@@ -124,7 +127,8 @@ def _tapered(conversion: Conversion, card: Card, stations: dict[float, tuple[flo
     at = sorted(stations)
     values = np.array([stations[x] for x in at])
     if at[-1] < 1:
-        at, values = [*at, 1.0], np.vstack([values, values[-1]])
+        at = [*at, 1.0]
+        values = np.vstack([values, values[-1]])
     mean = np.sum(np.diff(at)[:, None] * (values[1:] + values[:-1]) / 2, axis=0)
     found = dict(zip(("A", "I1", "I2", "I12", "J", "nsm"), mean.tolist(), strict=True))
     if np.allclose(values, mean, rtol=1e-6, atol=1e-12 * np.abs(mean).max()):
@@ -142,13 +146,15 @@ def shape(conversion: Conversion, card: Card) -> Section:
     if kind not in SHAPES:
         raise card.error(f"section {kind!r} is not known ({', '.join(SHAPES)}); use PBAR with its area and moments")
     count = SHAPES[kind][0]
-    found, nsm = _by_dimensions(card, kind, 8, [None] * count), card.real(8 + count, "NSM", 0.0)
+    found = _by_dimensions(card, kind, 8, [None] * count)
+    nsm = card.real(8 + count, "NSM", 0.0)
     if kind != "ROD":
         conversion.note(
             f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape; "
             "Nastran's own may differ"
         )
-    stations, shear = {0.0: (*found[:5], nsm)}, {"k1": found.k1, "k2": found.k2}
+    stations = {0.0: (*found[:5], nsm)}
+    shear = {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
         if kind in ("T", "T2", "I"):
             shear["neutral"] = (_below_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)]), 0.0)
@@ -164,11 +170,13 @@ def _below_shear_centre(kind: str, sizes: list[float]) -> float:
     """Return the height of the centroid over the shear centre of T, T2 (where flange and web meet) and I."""
     if kind == "I":
         h, b1, b2, tw, t1, t2 = sizes
-        parts, share = ((b1 * t1, t1 / 2), (b2 * t2, h - t2 / 2), (tw * (h - t1 - t2), (h + t1 - t2) / 2)), t2 * b2**3
+        parts = ((b1 * t1, t1 / 2), (b2 * t2, h - t2 / 2), (tw * (h - t1 - t2), (h + t1 - t2) / 2))
+        share = t2 * b2**3
         centre = t1 / 2 + (h - (t1 + t2) / 2) * share / (share + t1 * b1**3)
     else:
         b, h, tf, tw = sizes
-        parts, centre = ((b * tf, h - tf / 2), (tw * (h - tf), (h - tf) / 2)), h - tf / 2
+        parts = ((b * tf, h - tf / 2), (tw * (h - tf), (h - tf) / 2))
+        centre = h - tf / 2
     y = sum(area * at for area, at in parts) / sum(area for area, _ in parts) - centre
     return -y if kind == "T2" else y
 
@@ -183,7 +191,8 @@ def _by_dimensions(card: Card, kind: str, first: int, default: list[float | None
 
 def _stations(card: Card, kind: str, count: int, first: tuple[float, ...]) -> dict[float, tuple[float, ...]]:
     """Return the sections of PBEAML along the beam: behind those of end A, each SO, X/XB, dimensions and nsm."""
-    stations, k = {0.0: first}, 9 + count
+    stations = {0.0: first}
+    k = 9 + count
     sizes = [card.real(8 + i, "DIM") for i in range(count)]
     while card.text(k) or card.text(k + 1) or any(card.fields[k + 2 : k + 3 + count]):
         at = card.real(k + 1, "X/XB", 1.0)

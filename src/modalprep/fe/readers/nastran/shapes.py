@@ -44,7 +44,9 @@ def _strips(J: float, along: tuple[float, float], *rectangles: tuple[float, floa
     A = area.sum()
     z, y = z - area @ z / A, y - area @ y / A
     own = area * h**2 / 12, area * np.abs(b) ** 2 / 12
-    I1, I2, I12 = (own[0] + area * y**2).sum(), (own[1] + area * z**2).sum(), area @ (y * z)
+    I1 = (own[0] + area * y**2).sum()
+    I2 = (own[1] + area * z**2).sum()
+    I12 = area @ (y * z)
     I12 = float(I12) if abs(I12) > 1e-12 * (I1 + I2) else 0.0
     return Shape(float(A), float(I1), float(I2), I12, J, float(along[0] / A), float(along[1] / A))
 
@@ -60,7 +62,8 @@ def _ring(outer: float, inner: float, k: float = THIN_TUBE) -> Shape:
 
 
 def _rectangle_torsion(b: float, h: float) -> float:
-    s, t = max(b, h), min(b, h)
+    s = max(b, h)
+    t = min(b, h)
     return s * t**3 * (1 / 3 - 0.21 * t / s * (1 - t**4 / (12 * s**4)))  # Roark, table 10.7
 
 
@@ -71,7 +74,8 @@ def _bar(b: float, h: float) -> Shape:
 def _hexa(side: float, b: float, h: float) -> Shape:
     """Hexagon of width b and height h whose triangles at both sides are `side` wide; torsion of its mean rectangle."""
     flat = b - 2 * side
-    A, J = h * (b - side), _rectangle_torsion(b - side, h)
+    A = h * (b - side)
+    J = _rectangle_torsion(b - side, h)
     I1 = flat * h**3 / 12 + side * h**3 / 24
     I2 = h * flat**3 / 12 + h * side**3 / 18 + h * side * (flat / 2 + side / 3) ** 2
     return Shape(A, I1, I2, 0.0, J, SOLID, SOLID)
@@ -115,7 +119,8 @@ def _l(b: float, h: float, t1: float, t2: float) -> Shape:
 
 def _chan(b: float, h: float, tw: float, tf: float) -> Shape:
     J = _open((b - tw / 2, tf), (b - tw / 2, tf), (h - tf, tw))
-    flange, along = (b, tf, b / 2), (tw * (h - 2 * tf), SOLID * 2 * b * tf)
+    flange = (b, tf, b / 2)
+    along = (tw * (h - 2 * tf), SOLID * 2 * b * tf)
     return _strips(J, along, (*flange, tf / 2), (*flange, h - tf / 2), (tw, h - 2 * tf, tw / 2, h / 2))
 
 
@@ -130,26 +135,33 @@ def _chan2(legs: float, web: float, h: float, b: float) -> Shape:
 
 def _z(outstand: float, tw: float, inside: float, h: float) -> Shape:
     """The lower flange points to +z, the upper to -z."""
-    b, tf = outstand + tw, (h - inside) / 2
-    J, along = _open((b, tf), (b, tf), (h - tf, tw)), (tw * inside, SOLID * 2 * b * tf)
-    z, y = outstand / 2, (h - tf) / 2
+    b = outstand + tw
+    tf = (h - inside) / 2
+    J = _open((b, tf), (b, tf), (h - tf, tw))
+    along = (tw * inside, SOLID * 2 * b * tf)
+    z = outstand / 2
+    y = (h - tf) / 2
     return _strips(J, along, (b, tf, z, -y), (b, tf, -z, y), (tw, inside, 0, 0))
 
 
 def _cross(outstands: float, tw: float, h: float, tf: float) -> Shape:
-    J, along = _open((h, tw), (outstands, tf)), (SOLID * h * tw, SOLID * (outstands + tw) * tf)
+    J = _open((h, tw), (outstands, tf))
+    along = (SOLID * h * tw, SOLID * (outstands + tw) * tf)
     z = (outstands / 2 + tw) / 2
     return _strips(J, along, (tw, h, 0, 0), (outstands / 2, tf, z, 0), (outstands / 2, tf, -z, 0))
 
 
 def _h(inside: float, legs: float, h: float, tw: float) -> Shape:
-    leg, z = legs / 2, (inside + legs / 2) / 2
-    J, along = _open((h, leg), (h, leg), (inside + leg, tw)), (SOLID * legs * h, inside * tw)
+    leg = legs / 2
+    z = (inside + legs / 2) / 2
+    J = _open((h, leg), (h, leg), (inside + leg, tw))
+    along = (SOLID * legs * h, inside * tw)
     return _strips(J, along, (leg, h, -z, 0), (leg, h, z, 0), (inside, tw, 0, 0))
 
 
 def _hat(h: float, t: float, top: float, brim: float) -> Shape:
-    z, J = (top - t) / 2, _open((2 * brim + 2 * (h - t) + top, t))
+    z = (top - t) / 2
+    J = _open((2 * brim + 2 * (h - t) + top, t))
     walls = [(t, h - 2 * t, s * z, h / 2) for s in (-1, 1)]
     brims = [(brim + t, t, s * (top + brim - t) / 2, t / 2) for s in (-1, 1)]
     along = 2 * t * (h - 2 * t), SOLID * t * (top + 2 * (brim + t))
@@ -158,7 +170,8 @@ def _hat(h: float, t: float, top: float, brim: float) -> Shape:
 
 def _hat1(plate: float, h: float, top: float, t: float, base: float) -> Shape:
     """A hat, h - base high, on a plate of thickness `base`; the closed cell carries the torsion."""
-    across, up = top - t, h - base / 2 - t / 2
+    across = top - t
+    up = h - base / 2 - t / 2
     J = 4 * (across * up) ** 2 / (across * (1 / t + 1 / base) + 2 * up / t)
     walls = [(t, h - base - 2 * t, s * (top - t) / 2, (h + base) / 2) for s in (-1, 1)]
     brim = (plate - top) / 2 + t

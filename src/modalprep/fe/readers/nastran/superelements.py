@@ -77,7 +77,8 @@ def _connected(card: Card, meshes: dict[int, Mesh]) -> Iterator[Pair]:
     words = [text for text in card.fields[8:] if text]
     while words:
         span = 6 if words[1:2] == ["THRU"] else 2
-        inner, words = Card(card.name, words[:span], card.file, card.line), words[span:]
+        inner = Card(card.name, words[:span], card.file, card.line)
+        words = words[span:]
         at = (0, 3) if span == 6 else (0, 1)
         first, second = (inner.integer(k, "a grid", lowest=1) for k in at)
         count = inner.integer(2, "the last grid") - first + 1 if span == 6 else 1

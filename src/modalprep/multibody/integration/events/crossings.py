@@ -42,7 +42,8 @@ def _polynomials() -> np.ndarray:
     return np.array([np.prod([(x - s[k]) / (s[j] - s[k]) for k in range(5) if k != j], axis=0) for j in range(5)]).T
 
 
-WEIGHTS, POLYNOMIALS = tuple(_weights().tolist()), _polynomials()
+WEIGHTS = tuple(_weights().tolist())
+POLYNOMIALS = _polynomials()
 
 
 def node_times(a: float, b: float) -> list[float]:
@@ -67,7 +68,8 @@ def crossings(
         How often the panel has been halved.
     """
     misfit = abs(sum(w * x for w, x in zip(WEIGHTS, v, strict=True)))
-    low, high = min(v), max(v)
+    low = min(v)
+    high = max(v)
     if low == high or max(low, -high) > 0.5 * (high - low) + 2.0 * misfit:
         return
     fits = misfit <= FIT * (high - low) < np.inf or max(high, -low) <= NOTHING
@@ -93,7 +95,8 @@ def crossings(
 
 def _dipped(f: Function, a: float, b: float, row: list[float], close: Sequence[int]) -> list[tuple[float, float]]:
     """Return the times in (a, b), and the values there, at which a function comes through zero near some places."""
-    n, found = len(row) - 1, []
+    n = len(row) - 1
+    found = []
     step = (b - a) / n
     for k in close:
         side = np.sign(row[0] or row[-1])
@@ -131,7 +134,8 @@ def _near_misses(row: Sequence[float], margin: float, left: bool) -> list[int]:
 
     left: whether the first value is no such place, as the function leaves zero there.
     """
-    found, ends = [], np.sign(row[0] or row[-1]) if row[0] * row[-1] >= 0.0 else 0.0
+    found = []
+    ends = np.sign(row[0] or row[-1]) if row[0] * row[-1] >= 0.0 else 0.0
     for k, x in enumerate(row):
         side = ends or np.sign(x)
         near = [side * y for y in (*row[max(k - 1, 0) : k], *row[k + 1 : k + 2])]
@@ -159,7 +163,8 @@ def dip(f: Function, side: float, a: float, b: float) -> tuple[float, float] | N
         if hopeless or abs(x - middle) + 0.5 * (b - a) <= 2.0 * least:
             return None
         r, q = (x - w) * (fx - fu), (x - u) * (fx - fw)
-        p, q = (x - u) * q - (x - w) * r, 2.0 * (q - r)
+        p = (x - u) * q - (x - w) * r
+        q = 2.0 * (q - r)
         p = -p if q > 0.0 else p
         q = abs(q)
         if abs(p) < abs(0.5 * q * before) and q * (a - x) < p < q * (b - x):
@@ -188,7 +193,9 @@ def root(f: Function, a: float, b: float, fa: float, fb: float, most: float = PO
 
     The interval shrinks as of Chandrupatla (1997): by inverse quadratic interpolation where it is safe, else by half.
     """
-    largest, t, end = max((abs(x) for x in (fa, fb) if np.isfinite(x)), default=0.0), 0.5, b
+    largest = max((abs(x) for x in (fa, fb) if np.isfinite(x)), default=0.0)
+    t = 0.5
+    end = b
     x, fx, y, fy = b, fb, a, fa  # the last place and the other side
     z, fz = y, fy
     for _ in range(MOST_TRIALS):

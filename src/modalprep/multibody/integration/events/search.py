@@ -62,13 +62,23 @@ class EventSearch:
     """
 
     def __init__(
-        self, functions: Sequence[EventFunction], state_at: Callable[[float], State], spin: Callable[[], float],
-        armed: Callable[[int], bool], span: float, shortest_event: float | None = None,
-    ) -> None:  # fmt: skip
-        self.functions, self.state_at, self.spin, self.armed, self.span = functions, state_at, spin, armed, span
+        self,
+        functions: Sequence[EventFunction],
+        state_at: Callable[[float], State],
+        spin: Callable[[], float],
+        armed: Callable[[int], bool],
+        span: float,
+        shortest_event: float | None = None,
+    ) -> None:
+        self.functions = functions
+        self.state_at = state_at
+        self.spin = spin
+        self.armed = armed
+        self.span = span
         self.turns = any(f.turns for f in functions)
         self.unbounded = [repr(f.event.name) for f in functions if f.is_unbounded]
-        self.is_stated, self.width = shortest_event is not None, shortest_event or SURVEY * span
+        self.is_stated = shortest_event is not None
+        self.width = shortest_event or SURVEY * span
         self.survey = self.width / WIDEST_GAP if self.unbounded else np.inf
         self.found: list[tuple[int, float]] = []
         self.stop, self.is_limited = np.inf, False
@@ -78,7 +88,9 @@ class EventSearch:
 
     def look(self, t: float) -> Node:
         """Return the event functions at a time."""
-        state, values, phases = self.state_at(t), [], []
+        state = self.state_at(t)
+        values = []
+        phases = []
         for e, function in enumerate(self.functions):
             value, *turned = function(t, state) if self.armed(e) else [1.0]
             values.append(value)
@@ -87,7 +99,8 @@ class EventSearch:
 
     def begin(self, t: float) -> None:
         """Take the values at a time as those before the next step, which begins there."""
-        self.before, self.left = self.look(t), set()
+        self.before = self.look(t)
+        self.left = set()
         for function, value in zip(self.functions, self.before.values, strict=True):
             if not np.isfinite(value):
                 _refuse_infinite(function, t)
@@ -121,13 +134,15 @@ class EventSearch:
         return [self.functions[e].event for e in (*self.signs, *waiting)]
 
     def _crosses(self, e: int) -> bool:
-        gap, function = NEAR * abs(self.stop), self.functions[e]
+        gap = NEAR * abs(self.stop)
+        function = self.functions[e]
         before, after = (function(t, self.state_at(t))[0] for t in (self.stop - gap, self.stop + gap))
         return before * after < 0.0 and function.event.direction in (0, np.sign(after))
 
     def notes(self) -> list[str]:
         """Return what may be missed, in sentences."""
-        names, found = self.unbounded, []
+        names = self.unbounded
+        found = []
         if names and not self.is_stated:
             found.append(f"event{'s' * (len(names) > 1)} {', '.join(names)}: {_missed(self.width)}")
         if self.is_limited:
@@ -170,14 +185,18 @@ class EventSearch:
                 break
             event = self.functions[e].event
             if (event.terminal or event.changes) and self.stop == np.inf:
-                self.stop, self.signs = t, {}
+                self.stop = t
+                self.signs = {}
             if self.stop < np.inf:
                 t, self.signs[e] = self.stop, sign
             self.found.append((e, t))
-        self.before, self.left = nodes[-1], set()
+        self.before = nodes[-1]
+        self.left = set()
 
     def _crossings(self, e: int, nodes: Sequence[Node]) -> list:
-        function, times, values = self.functions[e], [node.t for node in nodes], [node.values[e] for node in nodes]
+        function = self.functions[e]
+        times = [node.t for node in nodes]
+        values = [node.values[e] for node in nodes]
         if all(np.isinf(values)):
             _refuse_infinite(function, times[0])
 

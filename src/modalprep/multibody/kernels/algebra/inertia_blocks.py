@@ -23,15 +23,24 @@ linear_row_as_angular = instructions.arrangement(4, 4, 0, 1)
 def blocks(M, H, J):
     """Return an inertia by axes."""
     return (
-        lanes(M[0], H[0], H[0], J[0]), lanes(M[1], H[1], H[3], J[1]), lanes(M[2], H[2], H[6], J[2]),
-        lanes(M[3], H[4], H[4], J[3]), lanes(M[4], H[5], H[7], J[4]), lanes(M[5], H[8], H[8], J[5]),
-    )  # fmt: skip
+        lanes(M[0], H[0], H[0], J[0]),
+        lanes(M[1], H[1], H[3], J[1]),
+        lanes(M[2], H[2], H[6], J[2]),
+        lanes(M[3], H[4], H[4], J[3]),
+        lanes(M[4], H[5], H[7], J[4]),
+        lanes(M[5], H[8], H[8], J[5]),
+    )
 
 
 @compile_inline
 def parts(B):
     """Return M, H and J of an inertia."""
-    a, b, c, d, e, f = numbers(B[0]), numbers(B[1]), numbers(B[2]), numbers(B[3]), numbers(B[4]), numbers(B[5])
+    a = numbers(B[0])
+    b = numbers(B[1])
+    c = numbers(B[2])
+    d = numbers(B[3])
+    e = numbers(B[4])
+    f = numbers(B[5])
     H = (a[1], b[1], c[1], b[2], d[1], e[1], c[2], e[2], f[1])
     return (a[0], b[0], c[0], d[0], e[0], f[0]), H, (a[3], b[3], c[3], d[3], e[3], f[3])
 
@@ -60,14 +69,18 @@ def rotated(R, B):
 @compile_inline
 def column_parts(v):
     """Return force and torque of a column by axes, each (linear, angular) twice."""
-    (fx, tx, _, _), (fy, ty, _, _), (fz, tz, _, _) = numbers(v[0]), numbers(v[1]), numbers(v[2])
+    fx, tx, _, _ = numbers(v[0])
+    fy, ty, _, _ = numbers(v[1])
+    fz, tz, _, _ = numbers(v[2])
     return (fx, fy, fz), (tx, ty, tz)
 
 
 @compile_inline
 def blocks_times(B, v):
     """Inertia times a spatial vector."""
-    x, y, z = lanes(v[0], v[3], v[0], v[3]), lanes(v[1], v[4], v[1], v[4]), lanes(v[2], v[5], v[2], v[5])
+    x = lanes(v[0], v[3], v[0], v[3])
+    y = lanes(v[1], v[4], v[1], v[4])
+    z = lanes(v[2], v[5], v[2], v[5])
     a, b, c = times(whole(B), (x, y, z))
     a, b, c = numbers(a), numbers(b), numbers(c)
     return a[0] + a[1], b[0] + b[1], c[0] + c[1], a[2] + a[3], b[2] + b[3], c[2] + c[3]
@@ -78,8 +91,13 @@ def less_outer_blocks(B, g, v):
     """Return ``B - g v v^T``; v by axes, each (linear, angular) twice."""
     x, y, z = g * by_rows(v[0]), g * by_rows(v[1]), g * by_rows(v[2])
     return (
-        B[0] - x * v[0], B[1] - x * v[1], B[2] - x * v[2], B[3] - y * v[1], B[4] - y * v[2], B[5] - z * v[2],
-    )  # fmt: skip
+        B[0] - x * v[0],
+        B[1] - x * v[1],
+        B[2] - x * v[2],
+        B[3] - y * v[1],
+        B[4] - y * v[2],
+        B[5] - z * v[2],
+    )
 
 
 @compile_inline
@@ -87,7 +105,9 @@ def shifted(B, r):
     """Return ``T^T B T`` with ``T = [[1, -r~], [0, 1]]``."""
     a, b, c, d, e, f, g, h, k = whole(B)
     x, y, z = _columns(a, b, c, r), _columns(d, e, f, r), _columns(g, h, k, r)
-    first, second, third = (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+    first = (x[0], y[0], z[0])
+    second = (x[1], y[1], z[1])
+    third = (x[2], y[2], z[2])
     p, q, s = _rows(first, r), _rows(second, r), _rows(third, r)
     return p[0], q[0], s[0], q[1], s[1], s[2]
 

@@ -17,8 +17,13 @@ def less_outer(S, g, a):
     """Return ``S - g a a^T`` of a symmetric S."""
     x, y, z = g * a[0], g * a[1], g * a[2]
     return (
-        S[0] - x * a[0], S[1] - x * a[1], S[2] - x * a[2], S[3] - y * a[1], S[4] - y * a[2], S[5] - z * a[2],
-    )  # fmt: skip
+        S[0] - x * a[0],
+        S[1] - x * a[1],
+        S[2] - x * a[2],
+        S[3] - y * a[1],
+        S[4] - y * a[2],
+        S[5] - z * a[2],
+    )
 
 
 @compile_inline
@@ -26,9 +31,16 @@ def less_product(H, g, a, b):
     """Return ``H - g a b^T``."""
     x, y, z = g * a[0], g * a[1], g * a[2]
     return (
-        H[0] - x * b[0], H[1] - x * b[1], H[2] - x * b[2], H[3] - y * b[0], H[4] - y * b[1], H[5] - y * b[2],
-        H[6] - z * b[0], H[7] - z * b[1], H[8] - z * b[2],
-    )  # fmt: skip
+        H[0] - x * b[0],
+        H[1] - x * b[1],
+        H[2] - x * b[2],
+        H[3] - y * b[0],
+        H[4] - y * b[1],
+        H[5] - y * b[2],
+        H[6] - z * b[0],
+        H[7] - z * b[1],
+        H[8] - z * b[2],
+    )
 
 
 @compile_inline
@@ -64,8 +76,10 @@ def symmetric_times(S, v):
 @compile_inline
 def inertia_times(M, H, J, v):
     """Spatial inertia times a spatial vector."""
-    a, w = v[:3], v[3:]
-    f, t = add3(symmetric_times(M, a), times(H, w)), add3(transposed_times(H, a), symmetric_times(J, w))
+    a = v[:3]
+    w = v[3:]
+    f = add3(symmetric_times(M, a), times(H, w))
+    t = add3(transposed_times(H, a), symmetric_times(J, w))
     return f[0], f[1], f[2], t[0], t[1], t[2]
 
 

@@ -24,7 +24,8 @@ SINE = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9))
 @compile_inline
 def _series(c, z, zz):
     """Return the polynomial of eight coefficients in z, the square of z given: in pairs, which need not wait."""
-    low, high = (c[0] + z * c[1]) + zz * (c[2] + z * c[3]), (c[4] + z * c[5]) + zz * (c[6] + z * c[7])
+    low = (c[0] + z * c[1]) + zz * (c[2] + z * c[3])
+    high = (c[4] + z * c[5]) + zz * (c[6] + z * c[7])
     return low + zz * zz * high
 
 
@@ -36,7 +37,8 @@ def cosine_sine(angle):
     k = np.rint(angle * (2.0 / np.pi))
     x = (angle - k * QUARTER[0]) - (k * QUARTER[1] + k * QUARTER[2])
     z = x * x
-    c, s = 1.0 + z * _series(COSINE, z, z * z), x + x * z * _series(SINE, z, z * z)
+    c = 1.0 + z * _series(COSINE, z, z * z)
+    s = x + x * z * _series(SINE, z, z * z)
     quarters = int(k)
     if quarters & 1:
         c, s = -s, c
@@ -48,10 +50,16 @@ def turned(C, angle):
     """Return ``C Rz(angle)``."""
     c, s = cosine_sine(angle)
     return (
-        C[0] * c + C[1] * s, C[1] * c - C[0] * s, C[2],
-        C[3] * c + C[4] * s, C[4] * c - C[3] * s, C[5],
-        C[6] * c + C[7] * s, C[7] * c - C[6] * s, C[8],
-    )  # fmt: skip
+        C[0] * c + C[1] * s,
+        C[1] * c - C[0] * s,
+        C[2],
+        C[3] * c + C[4] * s,
+        C[4] * c - C[3] * s,
+        C[5],
+        C[6] * c + C[7] * s,
+        C[7] * c - C[6] * s,
+        C[8],
+    )
 
 
 @compile_inline
@@ -60,10 +68,16 @@ def quaternion_rotation(e):
     w, x, y, z = e
     f = 2.0 / (w * w + x * x + y * y + z * z)
     return (
-        1.0 - f * (y * y + z * z), f * (x * y - w * z), f * (x * z + w * y),
-        f * (x * y + w * z), 1.0 - f * (x * x + z * z), f * (y * z - w * x),
-        f * (x * z - w * y), f * (y * z + w * x), 1.0 - f * (x * x + y * y),
-    )  # fmt: skip
+        1.0 - f * (y * y + z * z),
+        f * (x * y - w * z),
+        f * (x * z + w * y),
+        f * (x * y + w * z),
+        1.0 - f * (x * x + z * z),
+        f * (y * z - w * x),
+        f * (x * z - w * y),
+        f * (y * z + w * x),
+        1.0 - f * (x * x + y * y),
+    )
 
 
 @compile_inline
@@ -98,12 +112,19 @@ def cayley(x):
     """Rotation matrix of the Cayley map of x: ``1 + s (x~ + x~ x~ / 2)``, ``s = 4 / (4 + x.x)``; and s."""
     xx = dot3(x, x)
     s = 4.0 / (4.0 + xx)
-    h, d = 0.5 * s, 1.0 - 0.5 * s * xx
+    h = 0.5 * s
+    d = 1.0 - 0.5 * s * xx
     R = (
-        d + h * x[0] * x[0], h * x[0] * x[1] - s * x[2], h * x[0] * x[2] + s * x[1],
-        h * x[0] * x[1] + s * x[2], d + h * x[1] * x[1], h * x[1] * x[2] - s * x[0],
-        h * x[0] * x[2] - s * x[1], h * x[1] * x[2] + s * x[0], d + h * x[2] * x[2],
-    )  # fmt: skip
+        d + h * x[0] * x[0],
+        h * x[0] * x[1] - s * x[2],
+        h * x[0] * x[2] + s * x[1],
+        h * x[0] * x[1] + s * x[2],
+        d + h * x[1] * x[1],
+        h * x[1] * x[2] - s * x[0],
+        h * x[0] * x[2] - s * x[1],
+        h * x[1] * x[2] + s * x[0],
+        d + h * x[2] * x[2],
+    )
     return R, s
 
 

@@ -28,21 +28,24 @@ def rows3(x, b, N):
 @compile_inline
 def rows6(x, b, N):
     """Six rows from b on."""
-    u, v = rows3(x, b, N), rows3(x, b + 3 * N, N)
+    u = rows3(x, b, N)
+    v = rows3(x, b + 3 * N, N)
     return u[0], u[1], u[2], v[0], v[1], v[2]
 
 
 @compile_inline
 def rows9(x, b, N):
     """Nine rows from b on."""
-    u, v = rows6(x, b, N), rows3(x, b + 6 * N, N)
+    u = rows6(x, b, N)
+    v = rows3(x, b + 6 * N, N)
     return u[0], u[1], u[2], u[3], u[4], u[5], v[0], v[1], v[2]
 
 
 @compile_inline
 def rows12(x, b, N):
     """Twelve rows from b on."""
-    u, v = rows6(x, b, N), rows6(x, b + 6 * N, N)
+    u = rows6(x, b, N)
+    v = rows6(x, b + 6 * N, N)
     return u[0], u[1], u[2], u[3], u[4], u[5], v[0], v[1], v[2], v[3], v[4], v[5]
 
 
@@ -55,7 +58,8 @@ def mode6(x, a, N):
 @compile_inline
 def mode12(x, a, N):
     """Twelve numbers of mode a."""
-    u, v = mode6(x, a, N), mode6(x, a + 6 * N, N)
+    u = mode6(x, a, N)
+    v = mode6(x, a + 6 * N, N)
     return u[0], u[1], u[2], u[3], u[4], u[5], v[0], v[1], v[2], v[3], v[4], v[5]
 
 
@@ -117,8 +121,10 @@ def dots4(x, first, N, f, n):
     z = four(0.0)
     s, t, u, v = z, z, z, z
     for b in range(0, n, WIDTH):
-        g, at = get_lanes(f, b), first + b
-        s, t = s + g * get_lanes(x, at), t + g * get_lanes(x, at + N)
+        g = get_lanes(f, b)
+        at = first + b
+        s = s + g * get_lanes(x, at)
+        t = t + g * get_lanes(x, at + N)
         u, v = u + g * get_lanes(x, at + 2 * N), v + g * get_lanes(x, at + 3 * N)
     return sum_lanes(s, t, u, v)
 
@@ -126,14 +132,16 @@ def dots4(x, first, N, f, n):
 @compile_inline
 def dots6(x, N, f, n):
     """Products of f (n,) with six rows, as a tuple of numbers."""
-    u, v = numbers(dots4(x, 0, N, f, n)), numbers(dots4(x, 2 * N, N, f, n))
+    u = numbers(dots4(x, 0, N, f, n))
+    v = numbers(dots4(x, 2 * N, N, f, n))
     return u[0], u[1], u[2], u[3], v[2], v[3]
 
 
 @compile_inline
 def dots9(x, N, f, n):
     """Products of f (n,) with nine rows, of twelve that are there, as a tuple of numbers."""
-    u, v = numbers(dots4(x, 0, N, f, n)), numbers(dots4(x, 4 * N, N, f, n))
+    u = numbers(dots4(x, 0, N, f, n))
+    v = numbers(dots4(x, 4 * N, N, f, n))
     w = numbers(dots4(x, 8 * N, N, f, n))
     return u[0], u[1], u[2], u[3], v[0], v[1], v[2], v[3], w[0]
 
@@ -142,7 +150,8 @@ def dots9(x, N, f, n):
 def sums6(v):
     """Sums over the modes of six rows, as a tuple of numbers."""
     z = four(0.0)
-    a, b = numbers(sum_lanes(v[0], v[1], v[2], v[3])), numbers(sum_lanes(v[4], v[5], z, z))
+    a = numbers(sum_lanes(v[0], v[1], v[2], v[3]))
+    b = numbers(sum_lanes(v[4], v[5], z, z))
     return a[0], a[1], a[2], a[3], b[0], b[1]
 
 
@@ -150,7 +159,8 @@ def sums6(v):
 def sums9(v):
     """Sums over the modes of nine rows, as a tuple of numbers."""
     z = four(0.0)
-    a, b = numbers(sum_lanes(v[0], v[1], v[2], v[3])), numbers(sum_lanes(v[4], v[5], v[6], v[7]))
+    a = numbers(sum_lanes(v[0], v[1], v[2], v[3]))
+    b = numbers(sum_lanes(v[4], v[5], v[6], v[7]))
     c = numbers(sum_lanes(v[8], z, z, z))
     return a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0]
 

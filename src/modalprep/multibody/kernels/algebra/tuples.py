@@ -118,18 +118,32 @@ def sub6(a, b):
 def add9(a, b):
     """Return ``a + b``."""
     return (
-        a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6], a[7] + b[7],
+        a[0] + b[0],
+        a[1] + b[1],
+        a[2] + b[2],
+        a[3] + b[3],
+        a[4] + b[4],
+        a[5] + b[5],
+        a[6] + b[6],
+        a[7] + b[7],
         a[8] + b[8],
-    )  # fmt: skip
+    )
 
 
 @compile_inline
 def sub9(a, b):
     """Return ``a - b``."""
     return (
-        a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5], a[6] - b[6], a[7] - b[7],
+        a[0] - b[0],
+        a[1] - b[1],
+        a[2] - b[2],
+        a[3] - b[3],
+        a[4] - b[4],
+        a[5] - b[5],
+        a[6] - b[6],
+        a[7] - b[7],
         a[8] - b[8],
-    )  # fmt: skip
+    )
 
 
 @compile_inline
@@ -172,26 +186,48 @@ def take6(a, i):
 def take12(a, i):
     """Twelve numbers ``a[i:i + 12]``."""
     return (
-        a[i], a[i + 1], a[i + 2], a[i + 3], a[i + 4], a[i + 5], a[i + 6], a[i + 7], a[i + 8], a[i + 9], a[i + 10],
+        a[i],
+        a[i + 1],
+        a[i + 2],
+        a[i + 3],
+        a[i + 4],
+        a[i + 5],
+        a[i + 6],
+        a[i + 7],
+        a[i + 8],
+        a[i + 9],
+        a[i + 10],
         a[i + 11],
-    )  # fmt: skip
+    )
 
 
 @compile_inline
 def axpy6(a, f, b):
     """Return ``a + f b``."""
     return (
-        a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2], a[3] + f * b[3], a[4] + f * b[4], a[5] + f * b[5],
-    )  # fmt: skip
+        a[0] + f * b[0],
+        a[1] + f * b[1],
+        a[2] + f * b[2],
+        a[3] + f * b[3],
+        a[4] + f * b[4],
+        a[5] + f * b[5],
+    )
 
 
 @compile_inline
 def axpy9(a, f, b):
     """Return ``a + f b``."""
     return (
-        a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2], a[3] + f * b[3], a[4] + f * b[4], a[5] + f * b[5],
-        a[6] + f * b[6], a[7] + f * b[7], a[8] + f * b[8],
-    )  # fmt: skip
+        a[0] + f * b[0],
+        a[1] + f * b[1],
+        a[2] + f * b[2],
+        a[3] + f * b[3],
+        a[4] + f * b[4],
+        a[5] + f * b[5],
+        a[6] + f * b[6],
+        a[7] + f * b[7],
+        a[8] + f * b[8],
+    )
 
 
 @compile_inline
@@ -210,6 +246,16 @@ def dot_in_pairs(a, b):
 def dot12(a, b):
     """Return ``a . b``."""
     return (
-        a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] + a[7] * b[7]
-        + a[8] * b[8] + a[9] * b[9] + a[10] * b[10] + a[11] * b[11]
-    )  # fmt: skip
+        a[0] * b[0]
+        + a[1] * b[1]
+        + a[2] * b[2]
+        + a[3] * b[3]
+        + a[4] * b[4]
+        + a[5] * b[5]
+        + a[6] * b[6]
+        + a[7] * b[7]
+        + a[8] * b[8]
+        + a[9] * b[9]
+        + a[10] * b[10]
+        + a[11] * b[11]
+    )

@@ -60,9 +60,12 @@ def _operator(key: Any, instruction: str) -> None:
 
 
 for _key, _instruction in (
-    (operator.add, "fadd"), (operator.iadd, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"),
+    (operator.add, "fadd"),
+    (operator.iadd, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
     (operator.truediv, "fdiv"),
-):  # fmt: skip
+):
     _operator(_key, _instruction)
 
 
@@ -176,7 +179,8 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     kind = types.UniTuple(LANES, WIDTH)
 
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        (a, b), (c, d) = args[:2], args[2:]
+        a, b = args[:2]
+        c, d = args[2:]
         rows = []
         for inner in ((0, 4, 2, 6), (1, 5, 3, 7)):
             rows.append((_mixed(builder, a, b, inner), _mixed(builder, c, d, inner)))

@@ -44,7 +44,8 @@ def aim(cons, model, data, work, c1, c2, places, by_rate, by_place):
         spread(model, data, by_place)
         observe_ends(cons, model, data, work)
     for i in range(len(cons.rows)):
-        moved, stiffness = along(cons, work, i, by_place), cons.rows[i].stiffness
+        moved = along(cons, work, i, by_place)
+        stiffness = cons.rows[i].stiffness
         if np.isinf(stiffness):
             work.compliance[i], work.goal[i] = 0.0, -(moved + work.phi[i]) / c2
         else:

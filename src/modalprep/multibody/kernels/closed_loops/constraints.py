@@ -36,69 +36,113 @@ from modalprep.multibody.kernels.time_tables import Tables, table
 # sliding, e.(vb - va), only the rate counts
 POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
 # One condition: kind, its ends, its function of time (-1: none), directions in the axes of the ends.
-ROW = np.dtype([
-    ("kind", np.int64),
-    ("a", np.int64),
-    ("b", np.int64),
-    ("table", np.int64),
-    ("in_a", np.float64, 3),
-    ("in_b", np.float64, 3),
-    ("friction", np.float64),  # of SLIP rows: coefficient
-    ("sliding", np.float64),  # of SLIP rows: speed from which it slides, m/s
-    ("stiffness", np.float64),  # of compliant constraints; of others infinite
-    ("damping", np.float64),
-])  # fmt: skip
-END = np.dtype([  # an interface of a link's body; on the ground (link -1) its position and rotation
-    ("link", np.int64), ("interface", np.int64), ("position", np.float64, 3), ("rotation", np.float64, 9),
-])  # fmt: skip
-TERM = np.dtype([  # a coordinate (-1: prescribed) in the sum of a coupler's row
-    ("row", np.int64), ("link", np.int64), ("x", np.int64), ("u", np.int64), ("factor", np.float64),
-])  # fmt: skip
+ROW = np.dtype(
+    [
+        ("kind", np.int64),
+        ("a", np.int64),
+        ("b", np.int64),
+        ("table", np.int64),
+        ("in_a", np.float64, 3),
+        ("in_b", np.float64, 3),
+        ("friction", np.float64),  # of SLIP rows: coefficient
+        ("sliding", np.float64),  # of SLIP rows: speed from which it slides, m/s
+        ("stiffness", np.float64),  # of compliant constraints; of others infinite
+        ("damping", np.float64),
+    ]
+)
+END = np.dtype(
+    [  # an interface of a link's body; on the ground (link -1) its position and rotation
+        ("link", np.int64),
+        ("interface", np.int64),
+        ("position", np.float64, 3),
+        ("rotation", np.float64, 9),
+    ]
+)
+TERM = np.dtype(
+    [  # a coordinate (-1: prescribed) in the sum of a coupler's row
+        ("row", np.int64),
+        ("link", np.int64),
+        ("x", np.int64),
+        ("u", np.int64),
+        ("factor", np.float64),
+    ]
+)
 # What an evaluation writes, inertial axes: the motion of an end, and the line of action of a row.
-END_DATA = np.dtype([
-    ("position", np.float64, 3), ("velocity", np.float64, 3), ("spin", np.float64, 3), ("acceleration", np.float64, 6),
-    ("rotation", np.float64, 9),  # of its link's axes, turned with the node
-    ("arm", np.float64, 3),  # from the link's origin, in its axes, as the acceleration left when A and q'' are zero
-    ("bias", np.float64, 6),
-])  # fmt: skip
+END_DATA = np.dtype(
+    [
+        ("position", np.float64, 3),
+        ("velocity", np.float64, 3),
+        ("spin", np.float64, 3),
+        ("acceleration", np.float64, 6),
+        ("rotation", np.float64, 9),  # of its link's axes, turned with the node
+        ("arm", np.float64, 3),  # from the link's origin, in its axes, as the acceleration left when A and q'' are zero
+        ("bias", np.float64, 6),
+    ]
+)
 # Rows of one kind between the same ends, at most four, each in a lane of its own (lanes.py); couplers by themselves.
-GROUP = np.dtype([
-    ("kind", np.int64), ("a", np.int64), ("b", np.int64), ("count", np.int64), ("rows", np.int64, 4),
-    ("lane", np.int64),  # of the first row
-    ("bundle", np.int64),  # -1: nothing moves the rows
-    ("at_a", np.int64), ("at_b", np.int64),  # entries at the links of its ends; -1: the ground, or none
-    ("adds_a", np.int64), ("adds_b", np.int64),  # whether another end was there before
-    ("timed", np.int64),  # whether rows have functions of time
-    ("first", np.int64),  # whether it is the first in its bundle
-    ("grounded", np.int64),  # whether end a is on the ground
-    ("turning", np.int64),  # whether its rows push end b by torques
-    ("link_a", np.int64), ("link_b", np.int64),  # of its ends
-    ("in_a", np.float64, 12), ("in_b", np.float64, 12),  # directions in the axes of the links of its ends
-])  # fmt: skip
+GROUP = np.dtype(
+    [
+        ("kind", np.int64),
+        ("a", np.int64),
+        ("b", np.int64),
+        ("count", np.int64),
+        ("rows", np.int64, 4),
+        ("lane", np.int64),  # of the first row
+        ("bundle", np.int64),  # -1: nothing moves the rows
+        ("at_a", np.int64),
+        ("at_b", np.int64),  # entries at the links of its ends; -1: the ground, or none
+        ("adds_a", np.int64),
+        ("adds_b", np.int64),  # whether another end was there before
+        ("timed", np.int64),  # whether rows have functions of time
+        ("first", np.int64),  # whether it is the first in its bundle
+        ("grounded", np.int64),  # whether end a is on the ground
+        ("turning", np.int64),  # whether its rows push end b by torques
+        ("link_a", np.int64),
+        ("link_b", np.int64),  # of its ends
+        ("in_a", np.float64, 12),
+        ("in_b", np.float64, 12),  # directions in the axes of the links of its ends
+    ]
+)
 # Groups that act on nearly the same links, in one vector; rows by lanes.
 BUNDLE = np.dtype([("count", np.int64), ("rows", np.int64, 4)])
 # One bundle at one link that its multipliers act on.
-ENTRY = np.dtype([
-    ("bundle", np.int64), ("link", np.int64),
-    ("begin", np.int64), ("end", np.int64),  # entries of its link
-    ("count", np.int64),  # rows of its bundle
-    ("u", np.int64), ("up", np.int64),  # speed of its joint of one axis, else -1; entry of the parent; -1: the ground
-    ("adds", np.int64),  # whether another one or an end was there before
-    ("factor", np.float64),  # of couplers at their joints, else 0
-])  # fmt: skip
+ENTRY = np.dtype(
+    [
+        ("bundle", np.int64),
+        ("link", np.int64),
+        ("begin", np.int64),
+        ("end", np.int64),  # entries of its link
+        ("count", np.int64),  # rows of its bundle
+        ("u", np.int64),
+        ("up", np.int64),  # speed of its joint of one axis, else -1; entry of the parent; -1: the ground
+        ("adds", np.int64),  # whether another one or an end was there before
+        ("factor", np.float64),  # of couplers at their joints, else 0
+    ]
+)
 # What an evaluation writes of them.
-GROUP_DATA = np.dtype([
-    ("line", np.float64, 36),  # inertial axes: force, torque on a, torque on b
-    ("measured", np.float64, 12),  # terms of Phi, Phi', Phi'' by the motion of the ends
-])  # fmt: skip
-BUNDLE_DATA = np.dtype([  # of its rows, see `Work`
-    ("free", np.float64, 4), ("bias", np.float64, 4), ("weight", np.float64, 4),  # unit^2
-    ("floor", np.float64, 4), ("usual", np.float64, 4), ("compliance", np.float64, 4), ("S", np.float64, 16),
-])  # fmt: skip
-ENTRY_DATA = np.dtype([
-    ("force", np.float64, 24),  # articulated force of unit multipliers, link's axes, at its origin
-    ("drive", np.float64, 4),  # its force along a joint of one axis
-])  # fmt: skip
+GROUP_DATA = np.dtype(
+    [
+        ("line", np.float64, 36),  # inertial axes: force, torque on a, torque on b
+        ("measured", np.float64, 12),  # terms of Phi, Phi', Phi'' by the motion of the ends
+    ]
+)
+BUNDLE_DATA = np.dtype(
+    [  # of its rows, see `Work`
+        ("free", np.float64, 4),
+        ("bias", np.float64, 4),
+        ("weight", np.float64, 4),  # unit^2
+        ("floor", np.float64, 4),
+        ("usual", np.float64, 4),
+        ("compliance", np.float64, 4),
+        ("S", np.float64, 16),
+    ]
+)
+ENTRY_DATA = np.dtype(
+    [
+        ("force", np.float64, 24),  # articulated force of unit multipliers, link's axes, at its origin
+        ("drive", np.float64, 4),  # its force along a joint of one axis
+    ]
+)
 RESPONSES = np.dtype([("S", np.float64, 16)])
 
 
@@ -203,7 +247,9 @@ def constraint_residual(cons, model, data, y, motion, t, work, moving):
             p, turn, v, w = end_state(end, model, data, own, work.shape[at(k)])
         else:
             p = get3(end.position)
-            turn, v, w = UNIT9, (-n * p[1], n * p[0], 0.0), (0.0, 0.0, n)
+            turn = UNIT9
+            v = (-n * p[1], n * p[0], 0.0)
+            w = (0.0, 0.0, n)
         put3(own.position, p)
         put9(own.rotation, turn)
         put3(own.velocity, v)
@@ -236,9 +282,11 @@ def less_values(cons, work, group, own, t):
 def _less_constants(work, group, own):
     """Write what the rows of a group measure, less constant values."""
     for c in range(group.count):
-        i, lane = at(group.rows[at(c)]), at(group.lane + c)
+        i = at(group.rows[at(c)])
+        lane = at(group.lane + c)
         work.phi[i] = own.measured[lane] - work.value[i]
-        work.rate[i], work.bias[i] = own.measured[at(4) + lane], own.measured[at(8) + lane]
+        work.rate[i] = own.measured[at(4) + lane]
+        work.bias[i] = own.measured[at(8) + lane]
         if group.kind == SLIP:
             work.push[i] = work.rate[i]
 
@@ -247,13 +295,18 @@ def _less_constants(work, group, own):
 def _less_timed_values(cons, work, group, own, t):
     """Do as `_less_constants` where some of the values are functions of time."""
     for c in range(group.count):
-        i, lane = group.rows[c], group.lane + c
-        value, rate, acceleration = work.value[i], 0.0, 0.0
+        i = group.rows[c]
+        lane = group.lane + c
+        value = work.value[i]
+        rate = 0.0
+        acceleration = 0.0
         if cons.rows[i].table >= 0:
             shift, rate, acceleration = table(cons.tables, cons.rows[i].table, t)
             value += shift
-        work.phi[i], work.push[i] = own.measured[lane] - value, rate
-        work.rate[i], work.bias[i] = own.measured[4 + lane] - rate, own.measured[8 + lane] - acceleration
+        work.phi[i] = own.measured[lane] - value
+        work.push[i] = rate
+        work.rate[i] = own.measured[4 + lane] - rate
+        work.bias[i] = own.measured[8 + lane] - acceleration
         if group.bundle >= 0:
             work.bundles[group.bundle].bias[lane] -= acceleration
 
@@ -261,7 +314,9 @@ def _less_timed_values(cons, work, group, own, t):
 @compile_inline
 def _lines_to_ground(group, a, b, own):
     """Do as `_lines` for points of a body along axes of a ground at rest, where Phi'' is zero."""
-    e, r, none = get_lanes3(group.in_a, 0), axpy3(get3(b.position), -1.0, get3(a.position)), four(0.0)
+    e = get_lanes3(group.in_a, 0)
+    r = axpy3(get3(b.position), -1.0, get3(a.position))
+    none = four(0.0)
     put_lanes3(own.line, 0, e)
     put_lanes3(own.line, 12, cross(e, r))
     put_lanes3(own.line, 24, (none, none, none))
@@ -271,32 +326,51 @@ def _lines_to_ground(group, a, b, own):
 @compile_inline
 def _lines(group, a, b, own):
     """Write lines of action of the rows of a group between two ends, and their terms of Phi, Phi'; returns Phi''."""
-    kind, r = group.kind, axpy3(get3(b.position), -1.0, get3(a.position))
-    v, wa, wb = axpy3(get3(b.velocity), -1.0, get3(a.velocity)), get3(a.spin), get3(b.spin)
+    kind = group.kind
+    r = axpy3(get3(b.position), -1.0, get3(a.position))
+    v = axpy3(get3(b.velocity), -1.0, get3(a.velocity))
+    wa = get3(a.spin)
+    wb = get3(b.spin)
     none = four(0.0)
-    f, ta, tb, phi, rate, bias = (none, none, none), (none, none, none), (none, none, none), none, none, none
+    f = (none, none, none)
+    ta = (none, none, none)
+    tb = (none, none, none)
+    phi = none
+    rate = none
+    bias = none
     if kind == DISTANCE:
-        length, own_lane = np.sqrt(dot3(r, r)), get_lanes(group.in_a, 0)
+        length = np.sqrt(dot3(r, r))
+        own_lane = get_lanes(group.in_a, 0)
         g = 1.0 / length if length > 0.0 else 0.0
         line = (g * r[0], g * r[1], g * r[2])
         across = axpy3(v, -dot3(line, v), line)
         f = (line[0] * own_lane, line[1] * own_lane, line[2] * own_lane)
-        phi, rate, bias = length * own_lane, dot3(line, v) * own_lane, (g * dot3(across, across)) * own_lane
+        phi = length * own_lane
+        rate = dot3(line, v) * own_lane
+        bias = (g * dot3(across, across)) * own_lane
     else:
         e = times(get9(a.rotation), get_lanes3(group.in_a, 0))
         if kind == POINT or kind == SLIP:
             seen = axpy3(v, -1.0, cross(wa, r))  # from end a, which turns
-            f, ta, rate = e, cross(e, r), dot3(e, seen)
+            f = e
+            ta = cross(e, r)
+            rate = dot3(e, seen)
             if kind == POINT:
-                phi, bias = dot3(e, r), dot3(e, cross(add3(seen, v), wa))
+                phi = dot3(e, r)
+                bias = dot3(e, cross(add3(seen, v), wa))
         elif kind == ABOUT:
-            ta, tb = (-1.0 * e[0], -1.0 * e[1], -1.0 * e[2]), e
-            rate, bias = dot3(e, axpy3(wb, -1.0, wa)), dot3(e, cross(wb, wa))
+            ta = (-1.0 * e[0], -1.0 * e[1], -1.0 * e[2])
+            tb = e
+            rate = dot3(e, axpy3(wb, -1.0, wa))
+            bias = dot3(e, cross(wb, wa))
         else:
             h = times(get9(b.rotation), get_lanes3(group.in_b, 0))
             tb = cross(h, e)
-            ta, phi, d = (-1.0 * tb[0], -1.0 * tb[1], -1.0 * tb[2]), dot3(e, h), axpy3(wb, -1.0, wa)
-            rate, bias = dot3(tb, d), dot3(cross(d, h), cross(e, d)) + dot3(tb, cross(wb, wa))
+            ta = (-1.0 * tb[0], -1.0 * tb[1], -1.0 * tb[2])
+            phi = dot3(e, h)
+            d = axpy3(wb, -1.0, wa)
+            rate = dot3(tb, d)
+            bias = dot3(cross(d, h), cross(e, d)) + dot3(tb, cross(wb, wa))
     put_lanes3(own.line, 0, f)
     put_lanes3(own.line, 12, ta)
     put_lanes3(own.line, 24, tb)
@@ -313,7 +387,8 @@ def couplers(cons, y, nx, motion, work):
             work.phi[i] += c * y[x]
             work.rate[i] += c * y[nx + cons.terms[k].u]
         else:
-            link, lane = cons.terms[k].link, work.paths.lane[i]
+            link = cons.terms[k].link
+            lane = work.paths.lane[i]
             work.phi[i] += c * motion[link, 0]
             work.rate[i] += c * motion[link, 1]
             work.bias[i] += c * motion[link, 2]
@@ -324,6 +399,7 @@ def couplers(cons, y, nx, motion, work):
 @compile_inline
 def line(work, i, c):
     """Three numbers from c on of the line of action of row i."""
-    k, lane = work.paths.lane[i] >> 2, work.paths.lane[i] & 3
+    k = work.paths.lane[i] >> 2
+    lane = work.paths.lane[i] & 3
     own = work.groups[k].line
     return own[4 * c + lane], own[4 * c + 4 + lane], own[4 * c + 8 + lane]

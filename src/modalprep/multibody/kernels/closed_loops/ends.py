@@ -26,15 +26,21 @@ from modalprep.multibody.kernels.modal_interfaces import interface_motion, shape
 @compile_inline
 def end_state(end, model, data, found, shape):
     """Return the motion of an end as `node_state` does, and write to `found` what its acceleration follows from."""
-    link, node = at(end.link), end.interface
+    link = at(end.link)
+    node = end.interface
     place = free_position(model, link, node)
     r, turn, v, w, linear, angular = interface_motion(data.modal, model, data, link, node, place, shape)
     put3(found.arm, r)
     put6(found.bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
-    own, spin = data.links[link], get3(data.links[link].omega)
-    base, origin, moving, n = get9(own.orientation), get3(own.position), get3(own.velocity), ground_rate(data)
+    own = data.links[link]
+    spin = get3(data.links[link].omega)
+    base = get9(own.orientation)
+    origin = get3(own.position)
+    moving = get3(own.velocity)
+    n = ground_rate(data)
     moving = (moving[0] - n * origin[1], moving[1] + n * origin[0], moving[2])
-    position, velocity = times(base, r), times(base, add3(cross(spin, r), v))
+    position = times(base, r)
+    velocity = times(base, add3(cross(spin, r), v))
     return add3(origin, position), _turned(data.modal, base, turn), add3(moving, velocity), times(base, add3(spin, w))
 
 
@@ -48,11 +54,15 @@ def _turned(modal, base, turn):
 def observe_ends(cons, model, data, work):
     """Accelerations of the ends after `spread`, when those of the links and q'' are all there is."""
     for k in range(len(cons.ends)):
-        v, w, link = ZERO3, ZERO3, cons.ends[k].link
+        v = ZERO3
+        w = ZERO3
+        link = cons.ends[k].link
         if link >= 0:
-            v, w = get3(data.links[link].acceleration), get_angular(data.links[link].acceleration)
+            v = get3(data.links[link].acceleration)
+            w = get_angular(data.links[link].acceleration)
             moved, turned = shape_acceleration(data.modal, model, link, work.shape[k])
-            base, v = get9(data.links[link].orientation), add3(v, cross(w, get3(work.ends[k].arm)))
+            base = get9(data.links[link].orientation)
+            v = add3(v, cross(w, get3(work.ends[k].arm)))
             v, w = times(base, add3(v, moved)), times(base, add3(w, turned))
         put3(work.ends[k].acceleration, v)
         put_angular(work.ends[k].acceleration, w)

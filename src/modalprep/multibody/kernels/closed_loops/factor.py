@@ -38,10 +38,13 @@ TAKEN, FIXED = -1e303, -1e302  # in place of what is left of a row: it is in the
 def weigh(work):
     """Write how the rows in the bundles count, after changes of ``unit``, ``floor``, ``usual`` or ``compliance``."""
     for p in range(len(work.paths.row)):
-        i, own = work.paths.row[p], work.bundles[p >> 2]
+        i = work.paths.row[p]
+        own = work.bundles[p >> 2]
         if i >= 0:
-            own.weight[p & 3], own.floor[p & 3] = work.unit[i] * work.unit[i], work.floor[i]
-            own.usual[p & 3], own.compliance[p & 3] = VANISHED * work.usual[i], work.compliance[i]
+            own.weight[p & 3] = work.unit[i] * work.unit[i]
+            own.floor[p & 3] = work.floor[i]
+            own.usual[p & 3] = VANISHED * work.usual[i]
+            own.compliance[p & 3] = work.compliance[i]
 
 
 @compile_kernel
@@ -100,12 +103,14 @@ def _factorize(work, blocks, solving):
         least = min(least, square)
         k = at(rank)
         g = 1.0 / d
-        work.order[k], work.inverse[k] = work.paths.row[at(p)], g
+        work.order[k] = work.paths.row[at(p)]
+        work.inverse[k] = g
         _eliminate(work, blocks, rank, p, g)
         if solving:
             _solve_step(work, blocks, rank, p, g)
         rank += 1
-    work.rank[0], work.sine[0] = rank, np.sqrt(least)
+    work.rank[0] = rank
+    work.sine[0] = np.sqrt(least)
     work.sine[2] = min(work.sine[2], work.sine[0]) if rank >= work.held[0] else 0.0
 
 
@@ -113,7 +118,8 @@ def _factorize(work, blocks, solving):
 def _begin(work, blocks):
     """Write the diagonal of S, at least a share of what is usual, and what the rows have left."""
     for q in range(blocks):
-        S, own = work.bundles[at(q)].S, work.bundles[at(q)]
+        S = work.bundles[at(q)].S
+        own = work.bundles[at(q)]
         d = lanes(S[0], S[5], S[10], S[15]) + get_lanes(own.compliance, 0)
         put_lanes(work.own, WIDTH * q, larger(d, get_lanes(own.usual, 0)))
         put_lanes(work.rest, WIDTH * q, above(d, get_lanes(own.floor, 0), FIXED))
@@ -147,12 +153,15 @@ def _eliminate(work, blocks, k, p, g):
     Two bundles at a time: sums of one would wait for each other.
     """
     for q in range(0, blocks - 1, 2):
-        one, two = _column(work, at(q), at(p)), _column(work, at(q + 1), at(p))
+        one = _column(work, at(q), at(p))
+        two = _column(work, at(q + 1), at(p))
         for j in range(_most(blocks, k)):
             if j >= k:
                 break
-            f, other = work.factor[at(j)][at(p)], work.columns[at(j)]
-            one, two = one - f * get_lanes(other, WIDTH * q), two - f * get_lanes(other, WIDTH * q + WIDTH)
+            f = work.factor[at(j)][at(p)]
+            other = work.columns[at(j)]
+            one = one - f * get_lanes(other, WIDTH * q)
+            two = two - f * get_lanes(other, WIDTH * q + WIDTH)
         _take_off(work, k, p, g, q, one)
         _take_off(work, k, p, g, q + 1, two)
     if blocks & 1:
@@ -183,7 +192,8 @@ def _take_off(work, k, p, g, q, column):
 @compile_inline
 def _column(work, q, p):
     """Return the responses of the rows of bundle q to that at place p."""
-    block, k = p >> 2, p & 3
+    block = p >> 2
+    k = p & 3
     if q == block:
         return get_lanes(work.bundles[q].S, WIDTH * k)
     if q < block:
@@ -195,7 +205,8 @@ def _column(work, q, p):
 @compile_kernel
 def _risen(work, place):
     """Whether what is left of the row at a place clearly is no round-off: by more than the loops are open."""
-    most, gap = 0.0, violation(work, work.phi)
+    most = 0.0
+    gap = violation(work, work.phi)
     for p in range(len(work.rest)):
         own = work.bundles[p >> 2]
         if work.rest[p] != FIXED and own.compliance[p & 3] == 0.0:
@@ -252,7 +263,8 @@ def _solve_step(work, blocks, k, p, g):
 @compile_inline
 def _solve_back(work, blocks):
     """Write the multipliers, from the last pivot to the first; each is taken off those before it at once."""
-    rank, none = work.rank[0], four(0.0)
+    rank = work.rank[0]
+    none = four(0.0)
     one, two = none, none  # whole vectors, which are read as such at once
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
@@ -263,7 +275,8 @@ def _solve_back(work, blocks):
         if blocks > 2:
             work.solution[at(p)] = x
         else:
-            one, two = with_lane(one, p, x), with_lane(two, p - WIDTH, x)
+            one = with_lane(one, p, x)
+            two = with_lane(two, p - WIDTH, x)
         for j in range(k):
             work.halfway[at(j)] -= work.factor[at(j)][at(p)] * x
     if blocks <= 2:

@@ -31,8 +31,10 @@ def hold_in_plane(cons, model, data, work, group, own):
 def _motion(cons, model, data, end):
     """Return the position and the velocity of an end, and where it is on its link."""
     link = at(cons.ends[at(end)].link)
-    own, r = data.links[link], free_position(model, link, cons.ends[at(end)].interface)
-    base, w = own.orientation, own.omega[2]
+    own = data.links[link]
+    r = free_position(model, link, cons.ends[at(end)].interface)
+    base = own.orientation
+    w = own.omega[2]
     turned = (base[0] * r[0] + base[1] * r[1], base[3] * r[0] + base[4] * r[1], base[6] * r[0] + base[7] * r[1])
     p = axpy3(add3(get3(own.position), turned), r[2], (base[2], base[5], base[8]))
     x, y = -w * r[1], w * r[0]
@@ -43,7 +45,8 @@ def _motion(cons, model, data, end):
 @compile_inline
 def _hold_to_ground(cons, model, data, work, group, own):
     """Write what rows between the ground and an end of a link measure, and let them push it."""
-    e, bundle = get_lanes3(group.in_a, 0), work.bundles[at(group.bundle)]
+    e = get_lanes3(group.in_a, 0)
+    bundle = work.bundles[at(group.bundle)]
     base = data.links[at(group.link_b)].orientation
     p, v, r = _motion(cons, model, data, group.b)
     put_lanes3(own.measured, 0, (dot3(e, axpy3(p, -1.0, get3(cons.ends[at(group.a)].position))), dot3(e, v), four(0.0)))
@@ -56,8 +59,10 @@ def _hold_to_ground(cons, model, data, work, group, own):
 @compile_inline
 def _hold_together(cons, model, data, work, group, own):
     """Do as `_hold_to_ground` with rows between an end of a link and one of another link, or of the ground."""
-    bundle, i = work.bundles[at(group.bundle)], at(group.link_a)
-    base, w = data.links[i].orientation, data.links[i].omega[2]
+    bundle = work.bundles[at(group.bundle)]
+    i = at(group.link_a)
+    base = data.links[i].orientation
+    w = data.links[i].omega[2]
     one, two = (base[0], base[3], base[6]), (base[1], base[4], base[7])
     x, y = get_lanes(group.in_a, 0), get_lanes(group.in_a, 4)
     p, v, r = _motion(cons, model, data, group.a)
@@ -67,15 +72,28 @@ def _hold_together(cons, model, data, work, group, own):
         c = dot3((other[0], other[3], other[6]), one)
         s = dot3((other[0], other[3], other[6]), two)
         _push(
-            data, work, group.link_b, bundle.free, group.at_b, group.adds_b,
-            c * x + s * y, c * y - s * x, r_b[0], r_b[1], r_b,
-        )  # fmt: skip
+            data,
+            work,
+            group.link_b,
+            bundle.free,
+            group.at_b,
+            group.adds_b,
+            c * x + s * y,
+            c * y - s * x,
+            r_b[0],
+            r_b[1],
+            r_b,
+        )
     else:
-        p_b, v_b, g = get3(cons.ends[at(group.b)].position), ZERO3, get3(data.links[at(len(model.links))].acceleration)
+        p_b = get3(cons.ends[at(group.b)].position)
+        v_b = ZERO3
+        g = get3(data.links[at(len(model.links))].acceleration)
         put_lanes(bundle.free, 0, get_lanes(bundle.free, 0) + dot3(g, one) * x + dot3(g, two) * y)
     p, v = axpy3(p_b, -1.0, p), axpy3(v_b, -1.0, v)
     px, py, vx, vy = dot3(one, p), dot3(two, p), dot3(one, v), dot3(two, v)
-    sx, sy = vx + w * py, vy - w * px  # from end a, which turns
+    # from end a, which turns
+    sx = vx + w * py
+    sy = vy - w * px
     bias = (w * (sy + vy)) * x - (w * (sx + vx)) * y
     put_lanes3(own.measured, 0, (px * x + py * y, sx * x + sy * y, bias))
     put_lanes(bundle.bias, 0, get_lanes(bundle.bias, 0) + bias)
@@ -95,7 +113,9 @@ def _push(data, work, link, free, p, adds, x, y, arm_x, arm_y, r):
 def _add(force, adds, x, y, t):
     """Write a force in the plane and a torque to the forces of an entry, or add it to them if it `adds`."""
     if adds:
-        x, y, t = get_lanes(force, 0) + x, get_lanes(force, 4) + y, get_lanes(force, ABOUT_NORMAL) + t
+        x = get_lanes(force, 0) + x
+        y = get_lanes(force, 4) + y
+        t = get_lanes(force, ABOUT_NORMAL) + t
     put_lanes(force, 0, x)
     put_lanes(force, 4, y)
     put_lanes(force, ABOUT_NORMAL, t)
@@ -104,7 +124,8 @@ def _add(force, adds, x, y, t):
 @compile_inline
 def normal_acceleration(model, data, i):
     """Return what the ground accelerates along the hinge of link i, to which those of planar loops are parallel."""
-    base, ground = data.links[at(i)].orientation, data.links[at(len(model.links))].acceleration
+    base = data.links[at(i)].orientation
+    ground = data.links[at(len(model.links))].acceleration
     return base[2] * ground[0] + base[5] * ground[1] + base[8] * ground[2]
 
 
@@ -121,7 +142,8 @@ def through_planes(model, data, work, tau):
     for k in range(len(work.entries)):
         entry = work.paths.entries[at(k)]
         own = data.links[at(entry.link)]
-        H, drive = own.H, tau[at(entry.u)] - own.force[5] - normal * own.H[8]
+        H = own.H
+        drive = tau[at(entry.u)] - own.force[5] - normal * own.H[8]
         through_plane(model, data, work, k, own.pivot[0], H[2], H[5], drive)
 
 
@@ -133,7 +155,8 @@ def through_plane(model, data, work, p, g, hx, hy, drive):
     torque that acts about it.
     """
     entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
-    own, total = data.links[at(entry.link)], work.bundles[at(entry.bundle)].free
+    own = data.links[at(entry.link)]
+    total = work.bundles[at(entry.bundle)].free
     turn, bias = own.rotation, own.bias
     e = get_lanes(mine.force, ABOUT_NORMAL)
     v = g * e

@@ -41,12 +41,14 @@ def inward_of_closed(cons, model, data, work, tau, more, c1, c2):
 @compile_inline
 def _inward_in_plane(model, data, work, tau):
     """Do as `inward` in the plane, and let the hinges yield to the forces of all entries."""
-    normal, p = normal_acceleration(model, data, 0), 0
+    normal = normal_acceleration(model, data, 0)
+    p = 0
     for i in range(len(model.links) - 1, -1, -1):
         M, h, J, force, t = _own(model.links[at(i)], data.links[at(i)], normal)
         if not J > 0.0:
             return i
-        g, e = 1.0 / J, tau[at(model.links[at(i)].u)] - t
+        g = 1.0 / J
+        e = tau[at(model.links[at(i)].u)] - t
         while p < len(work.entries) and work.paths.entries[at(p)].link == i:
             through_plane(model, data, work, p, g, h[0], h[1], e)
             p += 1
@@ -63,7 +65,12 @@ def _own(link, own, normal):
     t = own.force[5] - own.wrench[5] + normal * own.H[8]
     if link.last_child >= 0:
         more = own.handed
-        a, b, c, x, y, J = a + more[0], b + more[1], c + more[2], x + more[3], y + more[4], J + more[5]
+        a = a + more[0]
+        b = b + more[1]
+        c = c + more[2]
+        x = x + more[3]
+        y = y + more[4]
+        J = J + more[5]
         fx, fy, t = fx + more[6], fy + more[7], t + more[8]
     return (a, b, c), (x, y), J, (fx, fy), t
 
@@ -72,9 +79,13 @@ def _own(link, own, normal):
 def _hand_on(model, data, i, g, e, M, h, force, tau):
     """Eliminate the hinge of link i, of inverse inertia g under a torque e, and hand the rest to the parent."""
     link, own = model.links[at(i)], data.links[at(i)]
-    turn, bx, by = own.rotation, own.bias[0], own.bias[1]
+    turn = own.rotation
+    bx = own.bias[0]
+    by = own.bias[1]
     free = g * (e - (h[0] * bx + h[1] * by))
-    own.pivot[0], own.pivot[7], own.pivot[at(FREE)] = g, g * (h[0] * bx + h[1] * by), free
+    own.pivot[0] = g
+    own.pivot[7] = g * (h[0] * bx + h[1] * by)
+    own.pivot[at(FREE)] = free
     x, y = turn[0] * h[0] + turn[1] * h[1], turn[3] * h[0] + turn[4] * h[1]
     if link.parent == len(model.links):
         z = turn[6] * h[0] + turn[7] * h[1]
@@ -85,13 +96,17 @@ def _hand_on(model, data, i, g, e, M, h, force, tau):
     fx, fy = turn[0] * fx + turn[1] * fy, turn[3] * fx + turn[4] * fy
     ax, ay = turn[0] * M[0] + turn[1] * M[1], turn[0] * M[1] + turn[1] * M[2]
     bx, by = turn[3] * M[0] + turn[4] * M[1], turn[3] * M[1] + turn[4] * M[2]
-    a, b, c = ax * turn[0] + ay * turn[1], ax * turn[3] + ay * turn[4], bx * turn[3] + by * turn[4]
+    a = ax * turn[0] + ay * turn[1]
+    b = ax * turn[3] + ay * turn[4]
+    c = bx * turn[3] + by * turn[4]
     # each sum beside its part of the hinge, so that it need not wait for g
     rx, ry = own.arm[0], own.arm[1]
     k, mx, my = rx * y - ry * x, b * rx - a * ry, c * rx - b * ry
-    J, t = my * rx - mx * ry, tau[at(link.u)] + rx * fy - ry * fx
+    J = my * rx - mx * ry
+    t = tau[at(link.u)] + rx * fy - ry * fx
     gx, gy, gk = g * x, g * y, g * k
-    own, first = data.links[at(link.parent)].handed, model.links[at(link.parent)].last_child == i
+    own = data.links[at(link.parent)].handed
+    first = model.links[at(link.parent)].last_child == i
     _add(own, first, 0, a - gx * x)
     _add(own, first, 1, b - gx * y)
     _add(own, first, 2, c - gy * y)
@@ -112,25 +127,29 @@ def _add(handed, first, c, value):
 @compile_inline
 def forward_in_plane(model, data, work, udot):
     """Do as `push`, then as `forward`, after `inward_of_closed` in the plane."""
-    normal, ground, p = normal_acceleration(model, data, 0), len(model.links), len(work.entries) - 1
+    normal = normal_acceleration(model, data, 0)
+    ground = len(model.links)
+    p = len(work.entries) - 1
     for i in range(ground):
-        link, own, more = model.links[at(i)], data.links[at(i)], four(0.0)
+        link = model.links[at(i)]
+        own = data.links[at(i)]
+        more = four(0.0)
         while p >= 0 and work.paths.entries[at(p)].link == i:
             multiplier = get_lanes(work.solution, WIDTH * work.paths.entries[at(p)].bundle)
             more = more + multiplier * get_lanes(work.entries[at(p)].drive, 0)
             p -= 1
-        free, turn, parent = (
-            own.pivot[at(FREE)] + own.pivot[0] * add_lanes(more),
-            own.rotation,
-            data.links[at(link.parent)],
-        )
-        v, spin = parent.acceleration, parent.acceleration[5]
+        free = own.pivot[at(FREE)] + own.pivot[0] * add_lanes(more)
+        turn = own.rotation
+        parent = data.links[at(link.parent)]
+        v = parent.acceleration
+        spin = parent.acceleration[5]
         if link.parent == ground:
             x = turn[0] * v[0] + turn[3] * v[1] + turn[6] * v[2]
             y = turn[1] * v[0] + turn[4] * v[1] + turn[7] * v[2]
             found = turned = free - dot3(get3(own.pivot[1:]), get3(v))
         else:
-            ax, ay = v[0] - spin * own.arm[1], v[1] + spin * own.arm[0]
+            ax = v[0] - spin * own.arm[1]
+            ay = v[1] + spin * own.arm[0]
             x, y = turn[0] * ax + turn[3] * ay, turn[1] * ax + turn[4] * ay
             turned = free - (own.pivot[1] * ax + own.pivot[2] * ay)
             found = turned - spin

@@ -24,7 +24,9 @@ def add_products(S, count, drive, v):
 @compile_inline
 def add_other_products(work, p, g):
     """Add what entry p and those before it at its link do to each other through its joint, of inverse pivot g."""
-    entry, drive, q = work.paths.entries[at(p)], work.entries[at(p)].drive, work.paths.entries[at(p)].begin
+    entry = work.paths.entries[at(p)]
+    drive = work.entries[at(p)].drive
+    q = work.paths.entries[at(p)].begin
     while q < p:
         S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
         add_products(S, entry.count, drive, g * get_lanes(work.entries[at(q)].drive, 0))
@@ -44,7 +46,8 @@ def _solve_free(pivot, x):
     """Solve with the rows that `joints.factor_joint` wrote for a free joint; lanes ``x (24,)`` become the solution."""
     start = 0
     for a in range(6):
-        g, found = 1.0 / pivot[start], get_lanes(x, 4 * a)
+        g = 1.0 / pivot[start]
+        found = get_lanes(x, 4 * a)
         for b in range(1, 6 - a):
             put_lanes(x, 4 * (a + b), get_lanes(x, 4 * (a + b)) - (g * pivot[start + b]) * found)
         start += 6 - a

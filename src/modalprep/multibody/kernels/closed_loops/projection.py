@@ -35,12 +35,16 @@ HELD = 1e8  # how much heavier a coordinate is that should stay
 DIAGONAL = (0, 3, 5)  # of a symmetric matrix
 
 # A closure that holds two turns or three: conditions ``ea.eb = 0`` hold both ways round.
-FACE = np.dtype([
-    ("a", np.int64), ("b", np.int64),  # ends
-    ("row", np.int64),  # one of its rows
-    ("whole", np.int64),  # whether it holds all three turns
-    ("in_a", np.float64, 12), ("in_b", np.float64, 12),  # its axis, then x, y, z: in the axes of the links of its ends
-])  # fmt: skip
+FACE = np.dtype(
+    [
+        ("a", np.int64),
+        ("b", np.int64),  # ends
+        ("row", np.int64),  # one of its rows
+        ("whole", np.int64),  # whether it holds all three turns
+        ("in_a", np.float64, 12),
+        ("in_b", np.float64, 12),  # its axis, then x, y, z: in the axes of the links of its ends
+    ]
+)
 
 
 @compile_kernel
@@ -162,11 +166,10 @@ def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance
         return 0
     if len(cons.rows) == 0:
         return 0
-    steps = project_positions(
-        cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored
-    )  # fmt: skip
+    steps = project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored)
     old = steps > 0 and not factored  # the factor is that of a state before the coordinates moved
-    fine, last = FINE_RATE * tolerance, np.inf
+    fine = FINE_RATE * tolerance
+    last = np.inf
     while steps >= 0 and violation(work, work.rate) > fine and violation(work, work.rate) < SLOW * last:
         last = violation(work, work.rate)
         moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, fine, factored or old)
@@ -245,7 +248,8 @@ def _keep(model, data, y, motion, kept, work, hinge):
     outward(model, data, y, motion)
     inward(model, data, work.tau, hinge, 0.0, 0.0)
     for i in kept:
-        joint, largest = model.links[i].joint, 0.0
+        joint = model.links[i].joint
+        largest = 0.0
         turns = model.links[i].about != 0.0
         for k in range(3):
             if joint == FREE or joint == SPHERICAL or (turns and k == 2):
@@ -259,9 +263,7 @@ def _keep(model, data, y, motion, kept, work, hinge):
 @compile_kernel
 def _closed(cons, model, data, trial, y, motion, t, work, faces, hinge, stiff, size):
     """Project coordinates and speeds of y; False where they do not come to be closed."""
-    steps = project_positions(
-        cons, model, data, trial, y, motion, t, work, hinge, stiff, CLOSED, MOST_STEPS, False
-    )  # fmt: skip
+    steps = project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff, CLOSED, MOST_STEPS, False)
     if steps < 0 or faces_away(faces, work):
         return False
     if not project_velocities(cons, model, data, y, motion, work, hinge, stiff, 0.0, False):

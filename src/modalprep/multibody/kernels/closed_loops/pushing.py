@@ -26,7 +26,8 @@ def push(model, data, work):
     p = 0
     while p < len(work.entries):
         entry = work.paths.entries[at(p)]
-        link, force = model.links[at(entry.link)], data.links[at(entry.link)].force
+        link = model.links[at(entry.link)]
+        force = data.links[at(entry.link)].force
         if entry.u >= 0:
             _push_along(link, force, _along(work, p, entry.end))
         else:
@@ -54,7 +55,8 @@ def push_links(cons, model, data, y, motion, t, work, tau):
         elif work.paths.planar:
             respond(cons, model, data, work, work.tau)
     for p in range(len(work.entries)):
-        entry, force = work.paths.entries[p], data.links[work.paths.entries[p].link].force
+        entry = work.paths.entries[p]
+        force = data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
             _push_link(work, p, p + 1, force)
             _push_along(model.links[entry.link], force, -_along(work, p, p + 1))

@@ -77,7 +77,8 @@ def inward_and_respond(cons, model, data, work, tau, more, c1, c2):
     """
     if not work.flat[0]:
         _act_on_ends(cons, model, data, work)
-    p, count = 0, len(work.entries)
+    p = 0
+    count = len(work.entries)
     for i in range(len(model.links) - 1, -1, -1):
         if not inward_link(model, data, i, tau, more, c1, c2):
             return i
@@ -103,10 +104,12 @@ def _through_link(model, data, work, p, tau):
 def write_responses(work):
     """Write `S`, with the compliance of rows, and `free`, as they stand in the bundles after `respond`."""
     for p in range(len(work.between)):
-        one, free = work.paths.bundles[at(p)], work.bundles[at(p)].free
+        one = work.paths.bundles[at(p)]
+        free = work.bundles[at(p)].free
         for k in range(one.count):
             i = at(one.rows[at(k)])
-            row, work.free[i] = work.S[i], free[at(k)]
+            row = work.S[i]
+            work.free[i] = free[at(k)]
             for q in range(p + 1):
                 S = work.bundles[at(p)].S if p == q else work.between[at(p), at(q)].S
                 other = work.paths.bundles[at(q)]
@@ -123,12 +126,14 @@ def _act_on_ends(cons, model, data, work):
         for q in range(k):
             clear(work, work.between[at(k), at(q)].S)
     for k in range(work.paths.moving):
-        group, line = work.paths.groups[at(k)], work.groups[at(k)].line
+        group = work.paths.groups[at(k)]
+        line = work.groups[at(k)].line
         if group.first:
             put_lanes(work.bundles[at(group.bundle)].free, 0, zeros(work))
             clear(work, work.bundles[at(group.bundle)].S)
         if group.bundle >= 0 and group.kind != COUPLER:
-            f, total = get_lanes3(line, 0), work.bundles[at(group.bundle)].free
+            f = get_lanes3(line, 0)
+            total = work.bundles[at(group.bundle)].free
             _act_on_end(cons, model, data, work, total, group.at_b, group.adds_b, group.b, f, line, 24, group.turning)
             f = (-1.0 * f[0], -1.0 * f[1], -1.0 * f[2])
             _act_on_end(cons, model, data, work, total, group.at_a, group.adds_a, group.a, f, line, 12, True)
@@ -140,19 +145,24 @@ def _act_on_end(cons, model, data, work, total, p, adds, end, f, line, c, turnin
 
     Others did so before if it `adds`; `total` is the `free` of the bundle.
     """
-    own, free = work.ends[at(end)], get_lanes(total, 0)
+    own = work.ends[at(end)]
+    free = get_lanes(total, 0)
     if p < 0:
         put_lanes(total, 0, free + dot3(f, carried(data, get3(own.position), ZERO3)))
         return
-    p, link = at(p), at(cons.ends[at(end)].link)
-    base, force = get9(data.links[link].orientation), work.entries[p].force
-    f, none = transposed_times(base, f), four(0.0)
+    p = at(p)
+    link = at(cons.ends[at(end)].link)
+    base = get9(data.links[link].orientation)
+    force = work.entries[p].force
+    f = transposed_times(base, f)
+    none = four(0.0)
     t = transposed_times(base, get_lanes3(line, c)) if turning else (none, none, none)
     wrench = (f[0], f[1], f[2], t[0], t[1], t[2])
     put_lanes(total, 0, free + dot6(wrench, get6(own.bias)))
     for k in range(model.links[link].modes):
         a = at(k)
-        forces, own_force = work.modal[p], dot6(wrench, get6(work.shape[at(end), a]))
+        forces = work.modal[p]
+        own_force = dot6(wrench, get6(work.shape[at(end), a]))
         put_lanes(forces, 4 * a, get_lanes(forces, 4 * a) + own_force if adds else own_force)
     t = add3(t, cross(get3(own.arm), f))
     wrench = (f[0], f[1], f[2], t[0], t[1], t[2])
@@ -166,9 +176,12 @@ def _through_hinge(model, data, work, p, tau):
     """Let a revolute joint yield to the forces of entry p, and hand the rest to the parent."""
     entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
     i = at(entry.link)
-    own, g = data.links[i], data.links[i].pivot[0]
+    own = data.links[i]
+    g = data.links[i].pivot[0]
     force = get_lanes6(mine.force)
-    e, H, J = force[5] + entry.factor, own.H, own.J
+    e = force[5] + entry.factor
+    H = own.H
+    J = own.J
     put_lanes(mine.drive, 0, e)
     force = axpy6(force, -g * e, (H[2], H[5], H[8], J[2], J[4], J[5]))
     free = e * (g * (tau[at(entry.u)] - own.force[5]))
@@ -193,7 +206,10 @@ def _through_joint(model, data, work, p, tau):
 @compile_inline
 def _through_one(model, data, work, i, p, tau):
     """Do as `_through_hinge` with another joint of one axis, or of none."""
-    link, own, g, speed = model.links[i], data.links[i], 0.0, 0.0
+    link = model.links[i]
+    own = data.links[i]
+    g = 0.0
+    speed = 0.0
     entry, mine = work.paths.entries[p], work.entries[p]
     if link.joint == SLIDING:
         g = own.pivot[0]
@@ -212,7 +228,9 @@ def _through_one(model, data, work, i, p, tau):
 @compile_inline
 def _through_ball(model, data, work, i, p, tau):
     """Do as `_through_hinge` with a spherical joint."""
-    link, own, entry = model.links[i], data.links[i], work.paths.entries[at(p)]
+    link = model.links[i]
+    own = data.links[i]
+    entry = work.paths.entries[at(p)]
     force = get_lanes6(work.entries[at(p)].force)
     turn = symmetric_times(get6(own.pivot), (force[3], force[4], force[5]))
     put_lanes3(work.speeds, 0, turn)
@@ -234,8 +252,14 @@ def _through_ball(model, data, work, i, p, tau):
 def _through_free(model, data, work, i, p, tau):
     """Do as `_through_hinge` with a free joint."""
     link, own, entry = model.links[i], data.links[i], work.paths.entries[p]
-    turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
-    speeds, force = speeds_from_bias(link, own, get6(own.force), tau), get_lanes6(work.entries[p].force)
+    turn = get9(own.rotation)
+    arm = get3(own.arm)
+    bias = get6(own.bias)
+    M = get6(own.M)
+    H = get9(own.H)
+    J = get6(own.J)
+    speeds = speeds_from_bias(link, own, get6(own.force), tau)
+    force = get_lanes6(work.entries[p].force)
     x = yielded_to_free(own, work.speeds, force)  # which it leaves in `speeds` too
     for k in range(entry.count):
         x_k = get_lane6(work.speeds, at(k))
@@ -251,14 +275,16 @@ def _through_free(model, data, work, i, p, tau):
 @compile_inline
 def _hand_on(model, data, work, i, entry, force, free, turn, arm, bias):
     """Hand to the parent what is left of an entry's force, which counts with the bias of link i in `free`."""
-    f, t = times(turn, (force[0], force[1], force[2])), times(turn, (force[3], force[4], force[5]))
+    f = times(turn, (force[0], force[1], force[2]))
+    t = times(turn, (force[3], force[4], force[5]))
     total = work.bundles[at(entry.bundle)].free
     free += get_lanes(total, 0) + dot6(force, bias)
     if entry.up < 0:
         free += dot3(f, get3(data.links[at(len(model.links))].acceleration))
     else:
         add_row_to_modes(data.modal, model, i, f, t, work.modal, entry)
-        t, up = add3(t, cross(arm, f)), work.entries[at(entry.up)].force
+        t = add3(t, cross(arm, f))
+        up = work.entries[at(entry.up)].force
         force = (f[0], f[1], f[2], t[0], t[1], t[2])
         if entry.adds:
             force = add6(get_lanes6(up), force)

@@ -82,17 +82,21 @@ def _motion(cons, model, data, end):
     if end.link < 0:
         return get3(end.position), ZERO3, get3(data.links[at(len(model.links))].acceleration), ZERO3
     link = at(end.link)
-    own, r = data.links[link], free_position(model, link, end.interface)
-    base, w = get9(own.orientation), get3(own.omega)
+    own = data.links[link]
+    r = free_position(model, link, end.interface)
+    base = get9(own.orientation)
+    w = get3(own.omega)
     v = cross(w, r)
-    p, moving = add3(get3(own.position), times(base, r)), add3(get3(own.velocity), times(base, v))
+    p = add3(get3(own.position), times(base, r))
+    moving = add3(get3(own.velocity), times(base, v))
     return p, moving, times(base, cross(w, v)), r
 
 
 @compile_inline
 def _hold_to_ground(cons, model, data, work, group, own):
     """Hold points of a link along axes of the ground."""
-    e, bundle = get_lanes3(group.in_a, 0), work.bundles[at(group.bundle)]
+    e = get_lanes3(group.in_a, 0)
+    bundle = work.bundles[at(group.bundle)]
     place, _, ground, _ = _motion(cons, model, data, group.a)
     p, v, moved, r = _motion(cons, model, data, group.b)
     put_lanes3(own.measured, 0, (_if_point(group, dot3(e, sub3(p, place))), dot3(e, v), four(0.0)))
@@ -110,12 +114,16 @@ def _if_point(group, phi):
 @compile_inline
 def _hold_together(cons, model, data, work, group, own):
     """Hold points of a link or of the ground along axes of another link."""
-    e, bundle, a = get_lanes3(group.in_a, 0), work.bundles[at(group.bundle)], data.links[at(group.link_a)]
-    base, w = get9(a.orientation), get3(a.omega)
+    e = get_lanes3(group.in_a, 0)
+    bundle = work.bundles[at(group.bundle)]
+    a = data.links[at(group.link_a)]
+    base = get9(a.orientation)
+    w = get3(a.omega)
     place = free_position(model, at(group.link_a), cons.ends[at(group.a)].interface)
     p, v, moved, r = _motion(cons, model, data, group.b)
     arm = transposed_times(base, sub3(p, get3(a.position)))  # of end b from the origin of link a, its axes
-    v, turning = transposed_times(base, sub3(v, get3(a.velocity))), cross(w, place)
+    v = transposed_times(base, sub3(v, get3(a.velocity)))
+    turning = cross(w, place)
     seen = sub3(v, cross(w, arm))  # from link a, which turns
     bias = _if_point(group, dot3(e, cross(sub3(add3(seen, v), turning), w)))
     put_lanes3(own.measured, 0, (_if_point(group, dot3(e, sub3(arm, place))), dot3(e, seen), bias))
@@ -133,7 +141,10 @@ def _hold_distance(cons, model, data, work, group, own):
     """Hold the distance between two ends."""
     p, v, moved, r = _motion(cons, model, data, group.b)
     p_a, v_a, moved_a, r_a = _motion(cons, model, data, group.a)
-    p, v, lane, bundle = sub3(p, p_a), sub3(v, v_a), get_lanes(group.in_a, 0), work.bundles[at(group.bundle)]
+    p = sub3(p, p_a)
+    v = sub3(v, v_a)
+    lane = get_lanes(group.in_a, 0)
+    bundle = work.bundles[at(group.bundle)]
     length = np.sqrt(dot3(p, p))
     g = 1.0 / length if length > 0.0 else 0.0
     line = (g * p[0], g * p[1], g * p[2])
@@ -159,9 +170,12 @@ def _pull(data, work, i, p, adds, arm, line, lane):
 @compile_inline
 def _hold_turns(data, work, group, own):
     """Hold directions of two links, or of one and the ground: all in the axes of b."""
-    wa, wb = _turned(data, group, _spin(data, group.link_a)), _spin(data, group.link_b)
-    e, h = _turned(data, group, get_lanes3(group.in_a, 0)), get_lanes3(group.in_b, 0)
-    t, d = cross(h, e), sub3(wb, wa)
+    wa = _turned(data, group, _spin(data, group.link_a))
+    wb = _spin(data, group.link_b)
+    e = _turned(data, group, get_lanes3(group.in_a, 0))
+    h = get_lanes3(group.in_b, 0)
+    t = cross(h, e)
+    d = sub3(wb, wa)
     bias = dot3(cross(d, h), cross(e, d)) + dot3(t, cross(wb, wa))
     put_lanes3(own.measured, 0, (dot3(e, h), dot3(t, d), bias))
     total = work.bundles[at(group.bundle)].bias

@@ -27,27 +27,31 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.interfaces import add_wrench, free_position
 
-REEL = np.dtype([
-    ("slider", np.int64),  # its link
-    ("coordinate", np.int64),  # in y; -1: prescribed
-    ("speed", np.int64),  # in y
-    ("carrier", np.int64),  # link; -1: the ground
-    ("exit", np.int64),  # interface of the base
-    ("mass_per_length", np.float64),
-    ("rotary_inertia", np.float64),  # axial moment of inertia per length
-    ("rod_length", np.float64),
-    ("length", np.float64),  # of all rods
-    ("inner", np.float64),  # of all rods but the innermost
-])  # fmt: skip
-SPRING = np.dtype([
-    ("reel", np.int64),
-    ("coordinate", np.int64),  # in y
-    ("speed", np.int64),  # counted from the first speed
-    ("EI", np.float64),
-    ("damping", np.float64),  # over stiffness, s
-    ("bend", np.float64, 3),  # length that bends, a polynomial of what is out of the innermost rod
-    ("fading_rest", np.float64),  # angle without torque, which fades until the innermost rod is out
-])  # fmt: skip
+REEL = np.dtype(
+    [
+        ("slider", np.int64),  # its link
+        ("coordinate", np.int64),  # in y; -1: prescribed
+        ("speed", np.int64),  # in y
+        ("carrier", np.int64),  # link; -1: the ground
+        ("exit", np.int64),  # interface of the base
+        ("mass_per_length", np.float64),
+        ("rotary_inertia", np.float64),  # axial moment of inertia per length
+        ("rod_length", np.float64),
+        ("length", np.float64),  # of all rods
+        ("inner", np.float64),  # of all rods but the innermost
+    ]
+)
+SPRING = np.dtype(
+    [
+        ("reel", np.int64),
+        ("coordinate", np.int64),  # in y
+        ("speed", np.int64),  # counted from the first speed
+        ("EI", np.float64),
+        ("damping", np.float64),  # over stiffness, s
+        ("bend", np.float64, 3),  # length that bends, a polynomial of what is out of the innermost rod
+        ("fading_rest", np.float64),  # angle without torque, which fades until the innermost rod is out
+    ]
+)
 
 
 @by_address
@@ -93,7 +97,9 @@ def _innermost(own, reel, length):
     across = m * (b * b * b - a * a * a) / 3.0
     own.mass = m * out
     own.first_moment[2] = 0.5 * m * out * (a + b)
-    own.inertia[0], own.inertia[3], own.inertia[5] = across, across, reel.rotary_inertia * out
+    own.inertia[0] = across
+    own.inertia[3] = across
+    own.inertia[5] = reel.rotary_inertia * out
 
 
 @compile_kernel
@@ -114,7 +120,8 @@ def _stowed(own, r, reel, length):
 @compile_kernel
 def _stiffness(spring, reel, length):
     """Stiffness and rest angle of a hinge near the exit, and their derivatives by the length."""
-    out, bend = length - reel.inner, spring.bend
+    out = length - reel.inner
+    bend = spring.bend
     bent = bend[0] + (bend[1] + bend[2] * out) * out
     slope = bend[1] + 2.0 * bend[2] * out
     k = spring.EI / bent
@@ -143,7 +150,8 @@ def take_up(reels, model, data, y, motion, tau, slope):
 def _passing(reel, model, data, y, motion):
     """Force and torque on the base of what passes the exit; returns their power and that of the reel (W)."""
     _, v = travel(reel, y, motion)
-    turn, spin = get9(data.links[reel.slider].orientation), data.links[reel.slider].omega[2]
+    turn = get9(data.links[reel.slider].orientation)
+    spin = data.links[reel.slider].omega[2]
     thrust, twist = reel.mass_per_length * v * v, reel.rotary_inertia * v * spin
     power = 0.5 * (thrust * v + twist * spin)
     if reel.carrier >= 0:
@@ -161,12 +169,14 @@ def _bent(spring, reel, nx, y, motion, tau, slope):
     """Torque of a hinge next to the exit, and the force ``-dV/dL`` on its reel; returns power (W) and energy (J)."""
     length, v = travel(reel, y, motion)
     k, rest, by_length, rest_by_length = _stiffness(spring, reel, length)
-    bent, rate = y[spring.coordinate] - rest, y[nx + spring.speed]
+    bent = y[spring.coordinate] - rest
+    rate = y[nx + spring.speed]
     damping = spring.damping * k
     tau[spring.speed] -= k * bent + damping * rate
     slope[0, spring.speed] -= k
     slope[1, spring.speed] -= damping
-    power, force = -damping * rate * rate, bent * (k * rest_by_length - 0.5 * by_length * bent)
+    power = -damping * rate * rate
+    force = bent * (k * rest_by_length - 0.5 * by_length * bent)
     if reel.speed >= 0:
         tau[reel.speed - nx] += force
     else:

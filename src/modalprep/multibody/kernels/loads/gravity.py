@@ -19,18 +19,20 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
 )
 
-PLANET = np.dtype([
-    ("mu", np.float64),  # m^3/s^2, of a central field; 0 without
-    ("centre", np.float64, 3),
-    ("rate", np.float64),  # rad/s, of an orbit; 0 without, and then the following are not used
-    ("curvature", np.float64),  # 1 / radius
-    ("inclination", np.float64),
-    ("argument_of_latitude", np.float64),
-    ("planet_spin", np.float64),
-    ("field", np.float64),  # T, of the dipole at the radius
-    ("tilt", np.float64),
-    ("longitude", np.float64),
-])  # fmt: skip
+PLANET = np.dtype(
+    [
+        ("mu", np.float64),  # m^3/s^2, of a central field; 0 without
+        ("centre", np.float64, 3),
+        ("rate", np.float64),  # rad/s, of an orbit; 0 without, and then the following are not used
+        ("curvature", np.float64),  # 1 / radius
+        ("inclination", np.float64),
+        ("argument_of_latitude", np.float64),
+        ("planet_spin", np.float64),
+        ("field", np.float64),  # T, of the dipole at the radius
+        ("tilt", np.float64),
+        ("longitude", np.float64),
+    ]
+)
 
 
 @compile_kernel
@@ -59,7 +61,8 @@ def orbit_field(rate, k, x, up):
     xx = dot3(x, x)
     e = 2.0 * dot3(up, x) + k * xx
     s = np.sqrt(1.0 + k * e)
-    a, q = e / (1.0 + s), rate * rate / (s * s * s)
+    a = e / (1.0 + s)
+    q = rate * rate / (s * s * s)
     n = ((up[0] + k * x[0]) / s, (up[1] + k * x[1]) / s, (up[2] + k * x[2]) / s)
     g = axpy3((-q * x[0], -q * x[1], -q * x[2]), q * a * (1.0 + s + s * s), up)
     return g, rate * rate * (0.5 * xx - 0.5 * a * a * (s + 2.0) / s), n, q, q * k / s
@@ -79,9 +82,14 @@ def planet_load(planet, model, data, i):
     -------
     force, torque : at the link's origin; potential (J), that of the turning ground too; field at the origin
     """
-    base, p = get9(data.links[i].orientation), get3(data.links[i].position)
-    H, J, m, rate = get9(data.links[i].H), get6(data.links[i].J), data.links[i].mass, planet.rate
-    c, turn = (H[5], H[6], H[1]), 0.0
+    base = get9(data.links[i].orientation)
+    p = get3(data.links[i].position)
+    H = get9(data.links[i].H)
+    J = get6(data.links[i].J)
+    m = data.links[i].mass
+    rate = planet.rate
+    c = (H[5], H[6], H[1])
+    turn = 0.0
     if rate > 0.0:
         x = transposed_times(base, p)
         field = orbit_field(rate, planet.curvature, x, (base[0], base[1], base[2]))
@@ -133,15 +141,19 @@ def centrifugal_potential(rate, p, up, m, c, J):
 @compile_kernel
 def orbital_axes(planet, t, v):
     """Components in the local orbital frame of a vector in axes to the ascending node and along the planet's axis."""
-    i, u = planet.inclination, planet.argument_of_latitude + planet.rate * t
-    across, normal = np.cos(i) * v[1] + np.sin(i) * v[2], np.cos(i) * v[2] - np.sin(i) * v[1]
+    i = planet.inclination
+    u = planet.argument_of_latitude + planet.rate * t
+    across = np.cos(i) * v[1] + np.sin(i) * v[2]
+    normal = np.cos(i) * v[2] - np.sin(i) * v[1]
     return np.cos(u) * v[0] + np.sin(u) * across, np.cos(u) * across - np.sin(u) * v[0], normal
 
 
 @compile_kernel
 def magnetic_field(planet, t, x):
     """Dipole field (T) at x in the local orbital frame: ``B_0 / s^3 (m - 3 n (m.n))``, m to the magnetic north."""
-    tilt, turn, k = planet.tilt, planet.longitude + planet.planet_spin * t, planet.curvature
+    tilt = planet.tilt
+    turn = planet.longitude + planet.planet_spin * t
+    k = planet.curvature
     m = orbital_axes(planet, t, (np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)))
     d = (1.0 + k * x[0], k * x[1], k * x[2])
     ss = dot3(d, d)
@@ -163,5 +175,6 @@ def conductor_leg(planet, t, a, b, va, vb):
     """Magnetic force per current (N/A) and electromotive force (V) of a straight leg from a to b, velocities va, vb."""
     middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]))
     v = (0.5 * (va[0] + vb[0]), 0.5 * (va[1] + vb[1]), 0.5 * (va[2] + vb[2]))
-    leg, B = axpy3(b, -1.0, a), magnetic_field(planet, t, middle)
+    leg = axpy3(b, -1.0, a)
+    B = magnetic_field(planet, t, middle)
     return cross(leg, B), dot3(cross(air_speed(planet, t, middle, v), B), leg)

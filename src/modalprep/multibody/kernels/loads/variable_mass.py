@@ -23,13 +23,15 @@ from modalprep.multibody.kernels.loads.gravity import near_planet, planet_load
 from modalprep.multibody.kernels.modal_inertia import own_inertia
 from modalprep.multibody.kernels.time_tables import Tables, table
 
-DEPLETION = np.dtype([
-    ("link", np.int64),
-    ("table", np.int64),  # function of time of the mass
-    ("first_level", np.int64),
-    ("levels", np.int64),
-    ("numbers", np.int64),  # numbers of a level
-])  # fmt: skip
+DEPLETION = np.dtype(
+    [
+        ("link", np.int64),
+        ("table", np.int64),  # function of time of the mass
+        ("first_level", np.int64),
+        ("levels", np.int64),
+        ("numbers", np.int64),  # numbers of a level
+    ]
+)
 RIGID = 10  # m, s0 (3), J (6): the first numbers of a level
 CHANGE = 1e-3  # of the mass, for the energy that leaves with it: energies are linear in it but for fourth orders of q
 
@@ -60,13 +62,16 @@ def refresh(fill, tables: Tables, model, data, t):
 def set_mass(fill, model, data, i, m, change):
     """Write the constants of depletion i at mass ``m + change`` on the line between the levels about m."""
     body = fill.rows[i]
-    link, row, last = body.link, body.first_level, body.first_level + body.levels - 1
+    link = body.link
+    row = body.first_level
+    last = body.first_level + body.levels - 1
     while row < last - 1 and m > fill.mass[row + 1]:
         row += 1
     share = (m + change - fill.mass[row]) / (fill.mass[row + 1] - fill.mass[row])
     for c in range(body.numbers):
         fill.now[c] = fill.levels[row, c] + share * (fill.levels[row + 1, c] - fill.levels[row, c])
-    own, now = data.links[link], fill.now
+    own = data.links[link]
+    now = fill.now
     own.mass = now[0]
     put3(own.first_moment, (now[1], now[2], now[3]))
     put6(own.inertia, (now[4], now[5], now[6], now[7], now[8], now[9]))
@@ -84,9 +89,11 @@ def _set_modes(modal, model, link, now):
     root = np.sqrt(now[0])
     c = (now[1] / now[0], now[2] / now[0], now[3] / now[0])
     L = _extent(now, c)
-    place, size = modal.integrals.place[k], 0.0
+    place = modal.integrals.place[k]
+    size = 0.0
     for a in range(3):
-        place[a], place[12 + a] = root * c[a], 0.0
+        place[a] = root * c[a]
+        place[12 + a] = 0.0
     for r in range(3):
         for a in range(3):
             f = L[3 * a + r]
@@ -95,7 +102,9 @@ def _set_modes(modal, model, link, now):
     for r in range(9):
         place[15 + r] /= max(size, 1e-300)
     place[24] = root
-    first, second, tensor = RIGID, RIGID + 12 * n, RIGID + 12 * n + 12 * n * n
+    first = RIGID
+    second = RIGID + 12 * n
+    tensor = RIGID + 12 * n + 12 * n * n
     base, N = modal.integrals.base[k], modal.q.shape[1]
     for i in range(n):
         _coordinates(now, first + 12 * i, L, c, root, base, i, N)
@@ -122,10 +131,15 @@ def _set_modes(modal, model, link, now):
 @compile_inline
 def _extent(now, c):
     """Lower Cholesky factor (9, by rows) of ``int rho (x - c) (x - c)'``; without extent a column is zero."""
-    m, J = now[0], (now[4], now[5], now[6], now[7], now[8], now[9])
+    m = now[0]
+    J = (now[4], now[5], now[6], now[7], now[8], now[9])
     half = 0.5 * (J[0] + J[3] + J[5])
-    xx, yy, zz = half - J[0] - m * c[0] * c[0], half - J[3] - m * c[1] * c[1], half - J[5] - m * c[2] * c[2]
-    xy, xz, yz = -J[1] - m * c[0] * c[1], -J[2] - m * c[0] * c[2], -J[4] - m * c[1] * c[2]
+    xx = half - J[0] - m * c[0] * c[0]
+    yy = half - J[3] - m * c[1] * c[1]
+    zz = half - J[5] - m * c[2] * c[2]
+    xy = -J[1] - m * c[0] * c[1]
+    xz = -J[2] - m * c[0] * c[2]
+    yz = -J[4] - m * c[1] * c[2]
     flat = FLAT * (xx + yy + zz)
     a, b, d, e, f, g = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if xx > flat:
@@ -146,11 +160,16 @@ def _coordinates(now, at, L, c, root, out, i, N):
     """Write the affine coordinates (4, 3) of the field of mode i by its moments ``int rho (1, x, y, z) u`` (4, 3)."""
     for a in range(3):
         total = now[at + a]
-        x, y, z = now[at + 3 + a] - c[0] * total, now[at + 6 + a] - c[1] * total, now[at + 9 + a] - c[2] * total
+        x = now[at + 3 + a] - c[0] * total
+        y = now[at + 6 + a] - c[1] * total
+        z = now[at + 9 + a] - c[2] * total
         x = x / L[0] if L[0] > 0.0 else 0.0
         y = (y - L[3] * x) / L[4] if L[4] > 0.0 else 0.0
         z = (z - L[6] * x - L[7] * y) / L[8] if L[8] > 0.0 else 0.0
-        out[a * N + i], out[(3 + a) * N + i], out[(6 + a) * N + i], out[(9 + a) * N + i] = total / root, x, y, z
+        out[a * N + i] = total / root
+        out[(3 + a) * N + i] = x
+        out[(6 + a) * N + i] = y
+        out[(9 + a) * N + i] = z
 
 
 @compile_kernel

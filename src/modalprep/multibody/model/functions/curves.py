@@ -100,10 +100,12 @@ def sampled(function: Callable[[float], float], until: float, width: float) -> P
     value = cache(lambda t: _finite(function, t))
     values = np.vectorize(value, otypes=[float])
     survey = np.linspace(0.0, until, max(2 * FIRST_SAMPLES, int(np.ceil(2 * until / width))) + 1)
-    known, t = values(survey), np.linspace(0.0, until, FIRST_SAMPLES + 1)
+    known = values(survey)
+    t = np.linspace(0.0, until, FIRST_SAMPLES + 1)
     size = np.abs(known).max()
     while True:
-        found, middle = make_interp_spline(t, values(t), k=5), (t[1:] + t[:-1]) / 2
+        found = make_interp_spline(t, values(t), k=5)
+        middle = (t[1:] + t[:-1]) / 2
         wrong = survey[np.abs(found(survey) - known) > SAMPLED * size]
         wrong = np.append(wrong, middle[np.abs(found(middle) - values(middle)) > SAMPLED * size])
         if not len(wrong):
@@ -157,7 +159,8 @@ def knots(curve: PPoly) -> np.ndarray:
     >>> knots(lines(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 2.0])))[:, :3].tolist()
     [[0.0, 0.0, 2.0], [1.0, 2.0, 2.0], [1.0, 2.0, 0.0], [3.0, 2.0, 0.0]]
     """
-    h, both = np.diff(curve.x), [curve.c]
+    h = np.diff(curve.x)
+    both = [curve.c]
     for _ in range(2):
         powers = np.arange(len(both[-1]) - 1, 0, -1)[:, None]
         both.append(both[-1][:-1] * powers if len(powers) else np.zeros((1, len(h))))

@@ -43,7 +43,8 @@ def read_expression(text: str, what: str = "", known: tuple[str, ...] = ("t",)) 
     Traceback (most recent call last):
     modalprep.errors.InputError: function of time 'open(t)': unknown name open; use t and sin, cos, ...
     """
-    what, names = what or f"function of time {text[:60]!r}", "t" if known == ("t",) else "t, channels"
+    what = what or f"function of time {text[:60]!r}"
+    names = "t" if known == ("t",) else "t, channels"
     if len(text) > LONGEST:
         raise InputError(f"{what}... has {len(text)} characters, more than {LONGEST}; give it in pieces, or by points")
     try:
@@ -110,7 +111,8 @@ def expression(text: str) -> Callable[[np.ndarray], np.ndarray]:
     """
     import symengine
 
-    value, t = read_expression(text), symengine.Symbol("t")
+    value = read_expression(text)
+    t = symengine.Symbol("t")
     try:
         derivatives = symengine.Lambdify([t], [value, value.diff(t), value.diff(t, t)])
     except (RuntimeError, TypeError, ValueError, AttributeError, NotImplementedError):
