@@ -84,6 +84,23 @@ def test_public_names_have_docstrings(name):
         assert inspect.getdoc(function), key
 
 
+def described(record):
+    """Names before a colon in the sections of attributes and parameters of a class and its bases."""
+    texts = [inspect.cleandoc(base.__doc__ or "") for base in record.__mro__]
+    sections = [re.search(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\w+\n---|\Z)", x, re.M | re.S) for x in texts]
+    lines = [line for section in sections if section for line in re.findall(r"^(\w[\w, ]*) :", section[1], re.M)]
+    return {name for line in lines for name in line.split(", ")}
+
+
+@pytest.mark.parametrize("name", public_homes())
+def test_records_describe_all_their_fields(name):
+    record = public(name)
+    fields = [each.name for each in dataclasses.fields(record)] if dataclasses.is_dataclass(record) else ()
+    fields = {each for each in getattr(record, "_fields", fields) if not each.startswith("_")}
+    if inspect.isclass(record):
+        assert fields <= described(record), f"{name} says nothing of {fields - described(record)}"
+
+
 @pytest.mark.parametrize("name", HOMES)
 def test_functions_say_what_they_return(name):
     for key, function in functions(name):

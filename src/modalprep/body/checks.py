@@ -29,7 +29,18 @@ TRIALS = 16  # random deflections, beside the answer to each load
 
 @dataclass(frozen=True)
 class Check:
-    """One check: a relative error `value` that must stay below `limit` if `required`, else for information."""
+    """One check: a relative error that must stay below a limit.
+
+    Attributes
+    ----------
+    name : str
+    value, limit : float
+        The relative error, and what it must stay below.
+    meaning : str
+        What is compared, in words.
+    required : bool
+        False: for information.
+    """
 
     name: str
     value: float

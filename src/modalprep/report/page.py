@@ -38,7 +38,11 @@ class BodyPage:
     body : FlexibleBody
     pictures : {mode: picture file}
         Of the body's own modes, counted from 1.
+    mesh_picture : Path or None
+        The mesh, with its interfaces.
     plots : sequence of (title, picture file)
+    checks : sequence of Check
+        Of the body.
     notes : sequence of str
         Messages for the user; warnings stand in the box.
     errors : {label: (x, y)}, optional

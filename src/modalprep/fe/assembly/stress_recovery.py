@@ -62,8 +62,16 @@ class StressPoint(NodeSet):
 class Stress(NamedTuple):
     """Stress at a point.
 
-    ``position (3,)`` of its node in the model's frame, m; ``axes (3, 3)``, whose rows are the axes of the components,
-    in that frame too; names of the components, and ``modes (c, k)`` in Pa per displacement field.
+    Attributes
+    ----------
+    position : (3,)
+        m, of its node in the model's frame.
+    axes : (3, 3)
+        Rows: the axes of the components, in the model's frame.
+    components : tuple of str
+        Names of the c components.
+    modes : (c, k)
+        Pa, for each of k displacement fields.
     """
 
     position: np.ndarray

@@ -16,7 +16,15 @@ from modalprep.vectors import skew
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SpinModes(Record):
-    """Frequencies (Hz, ascending, (n,)) about a steady spin, and the steady modal deflection q0 (n,)."""
+    """Vibration about a steady spin.
+
+    Attributes
+    ----------
+    frequency : (n,)
+        Hz, ascending.
+    q0 : (n,)
+        The steady modal deflection.
+    """
 
     frequency: np.ndarray
     q0: np.ndarray
@@ -40,7 +48,7 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     Returns
     -------
     SpinModes
-        Eigenvalues (1/s), frequencies (Hz), damping ratios and shapes.
+        Frequencies (Hz), and the steady deflection.
 
     References
     ----------

@@ -26,6 +26,18 @@ EYE = np.eye(3)
 class DeployingSystem(Record):
     """A system with deploying beams, cables or tethers; see `System` and `Deployment`.
 
+    Attributes
+    ----------
+    bodies : {name: FlexibleBody}
+    joints : tuple of Joint
+        One for each body.
+    deployments : tuple of Deployment
+        What moves out of a body or of the ground, or back.
+    gravity : (3,)
+        m/s^2, inertial.
+    loads : tuple of PointForce, Bushing and other loads
+    orbit : Orbit or None
+
     Examples
     --------
     >>> from modalprep.multibody.model.deployment_law import first_stage

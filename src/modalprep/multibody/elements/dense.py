@@ -15,12 +15,24 @@ from modalprep.multibody.model.time_function import TimeFunction
 
 
 class Frame(NamedTuple):
-    """Motion of an interface in inertial axes."""
+    """Motion of an interface in inertial axes.
 
-    position: np.ndarray  # (3,) m
-    rotation: np.ndarray  # (3, 3) interface (the body's axes, turned with it) to inertial
-    velocity: np.ndarray  # (3,) m/s
-    angular_velocity: np.ndarray  # (3,) rad/s
+    Attributes
+    ----------
+    position : (3,)
+        m
+    rotation : (3, 3)
+        From the interface's axes, which are the body's and turn with the interface, to inertial axes.
+    velocity : (3,)
+        m/s
+    angular_velocity : (3,)
+        rad/s
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
 
 
 class Point(NamedTuple):

@@ -15,7 +15,15 @@ from modalprep.suggest import refuse_other, refuse_unknown
 
 
 class JointState(NamedTuple):
-    """Coordinates and speeds of a joint, travels before turns: m or rad; a quaternion where it is spherical or free."""
+    """Coordinates and speeds of a joint, translations before rotations.
+
+    Attributes
+    ----------
+    position : (n,)
+        m or rad; the rotation of a spherical or free joint is a quaternion w, x, y, z.
+    rate : (m,)
+        m/s or rad/s.
+    """
 
     position: np.ndarray
     rate: np.ndarray

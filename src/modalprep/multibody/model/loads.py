@@ -235,8 +235,14 @@ class Callback(Record):
 
     The step control sees what the function returns at the stages of a step, and nothing of what happens between them. A
     load that the function switches on for a short time may be missed: give loads that depend on time alone as functions
-    of time, whose bends are known, or let no step be longer than the event (`max_step` of `simulate`). `laws` are
-    expressions whose parts in ``t`` alone limit the step, as `feedback` gives them.
+    of time, whose bends are known, or let no step be longer than the event (`max_step` of `simulate`).
+
+    Attributes
+    ----------
+    name : str
+    function : callable (float, State) -> {where: load}
+    laws : tuple of str
+        Expressions whose parts in ``t`` alone limit the step, as `feedback` gives them.
 
     Examples
     --------

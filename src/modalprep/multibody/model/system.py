@@ -30,13 +30,23 @@ LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class System(Record):
-    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closures, depletions.
-
-    With an `orbit` the ground is its local orbital frame: "inertial" axes and positions of joints, loads and results
-    then refer to that frame.
+    """Bodies, the joint that carries each of them, and what acts on them.
 
     Attributes
     ----------
+    bodies : {name: FlexibleBody}
+    joints : tuple of Joint
+        One for each body: the joint that carries it, from the ground or from an interface of another body.
+    gravity : (3,)
+        m/s^2, inertial.
+    loads : tuple of PointForce, Bushing and other loads
+    closures : tuple of Closure or Coupler
+        Constraints that close loops, and relations between coordinates of joints.
+    orbit : Orbit or None
+        With an orbit the ground is its local orbital frame: "inertial" axes and positions of joints, loads and results
+        then refer to that frame.
+    depletions : tuple of Depletion
+        Bodies that lose mass.
     notes : tuple of str
         What the model neglects; the result message repeats it.
 

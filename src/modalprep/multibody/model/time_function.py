@@ -19,7 +19,21 @@ SMOOTH = 1e-6  # relative size below which a jump of a prescribed motion is roun
 
 
 class Piece(NamedTuple):
-    """One piece: its end (s), ``t -> (value, rate, acceleration)``, `curves.knots` of a curve, its name, its source."""
+    """One piece of a function of time.
+
+    Attributes
+    ----------
+    until : float
+        s, its end.
+    evaluate : callable
+        Of times ``(n,)``: value, rate and acceleration, ``(3, n)``.
+    knots : (k, ...) or None
+        `curves.knots` of a curve.
+    text : str
+        What it is called in messages.
+    source : object
+        What it was made of.
+    """
 
     until: float
     evaluate: Callable[[np.ndarray], np.ndarray]
@@ -35,6 +49,13 @@ class TimeFunction:
     Expressions are differentiated by symengine; nothing is ever evaluated as Python. `table` takes
     points, `sampled` a Python function. A force may jump between pieces, where the integrator restarts; of a
     prescribed motion only the acceleration may jump.
+
+    Attributes
+    ----------
+    source : float, str, sequence of (float, str), or TimeFunction
+        What it was made of.
+    pieces : tuple of Piece
+        In order of time.
 
     Raises
     ------
