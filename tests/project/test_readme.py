@@ -6,6 +6,7 @@ import tomllib
 import pytest
 from PIL import Image
 
+from modalprep import __version__
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 LONGEST = 150  # lines of a landing page
@@ -59,3 +60,8 @@ def test_every_file_named_exists(page, project):
         assert "://" in name or (file.parent / name).exists(), name
     for name in re.findall(r"`(pipelines/[\w-]+\.toml)`", text):
         assert (project / name).exists(), name
+
+
+def test_the_changelog_begins_with_the_version(project):
+    first = re.search(r"^## (.*)$", (project / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
+    assert re.fullmatch(rf"{re.escape(__version__)} \((not released|\d{{4}}-\d\d-\d\d)\)", first), first
