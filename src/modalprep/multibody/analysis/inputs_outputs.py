@@ -63,6 +63,17 @@ class Input:
         return size * self.tau
 
 
+def needs_accelerations(name: str) -> bool:
+    """Return whether an output depends on the accelerations of the system, beside its state.
+
+    Examples
+    --------
+    >>> needs_accelerations("arm.tip.acceleration.x"), needs_accelerations("arm.tip.velocity.x")
+    (True, False)
+    """
+    return f".{RECOVERY}." in name or name.rpartition(".")[0].endswith((".acceleration", ".angular_acceleration"))
+
+
 def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarray], float]:
     """Return the function of the state that a name denotes; rotations are relative to state y.
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.analysis.inputs_outputs import Input, output
+from modalprep.multibody.analysis.inputs_outputs import Input, needs_accelerations, output
 from modalprep.multibody.analysis.state_space import StateSpace
+from modalprep.multibody.analysis.tangent import PLACE_STEP, SPEED_STEP, GivenAccelerations, Tangent, tangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.data import FREE, SPHERICAL
 from modalprep.multibody.kernels.interfaces import world
@@ -18,7 +20,8 @@ from modalprep.multibody.model.system import System
 from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
-PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
+WORST = 1e-6  # relative error of a derivative, above which there is no answer
+NEGLIGIBLE = 1e-6
 
 
 def linearise(
@@ -31,8 +34,9 @@ def linearise(
 ) -> StateSpace:
     """Return the linear equations about a state of a system.
 
-    The kinematic rows are exact; the others are central differences of the order-n accelerations with Richardson
-    extrapolation, accurate to about 1e-11 of the largest entry (`StateSpace.error` has the estimate of each case).
+    The kinematic rows are exact. The others are those of the forces that the accelerations of the state need nearby
+    (inverse dynamics), solved with the mass matrix: central differences with Richardson extrapolation, accurate to
+    about 1e-11 of a column (`StateSpace.error` has the estimate of each case).
 
     Parameters
     ----------
@@ -58,7 +62,8 @@ def linearise(
     InputError
         When a name is not known in the system, the state has another size, or a loop cannot be closed.
     SimulationError
-        When the mass matrix is not positive, or closed loops are in a singular position.
+        When the mass matrix is not positive, closed loops are in a singular position, or the estimated error is above
+        1e-6.
 
     References
     ----------
@@ -79,6 +84,13 @@ def linearise(
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
     refuse_other("linearise: the system", System, system)
+    return linear_equations(system, y, t, inputs, outputs)[0]
+
+
+def linear_equations(
+    system: System, y: np.ndarray | None, t: float, inputs: Sequence[str], outputs: Sequence[str]
+) -> tuple[StateSpace, Tangent]:
+    """Return what `linearise` does, and the same equations with mass and stiffness apart."""
     evaluator = Evaluator(system, t)
     y = evaluator.start if y is None else np.array(y, dtype=float)
     if y.shape != (evaluator.nx + evaluator.nu,) or not np.all(np.isfinite(y)):
@@ -86,57 +98,112 @@ def linearise(
     chart = Chart(evaluator, y := evaluator.closed(y))
     applied = [Input(evaluator, name) for name in inputs]
     read = [output(evaluator, name, y) for name in outputs]
+    evaluator.load(y)
+    udot = evaluator.accelerations(np.zeros(evaluator.nu)).copy()
     free = chart.independent
-    n = len(chart.independent)
-    ni = len(inputs)
-
-    def response(z: np.ndarray) -> np.ndarray:
-        state = chart.moved(z[:n], z[n : 2 * n])
-        evaluator.load(state)
-        world(evaluator.packed.model, evaluator.data)
-        tau = sum((e.apply(size) for e, size in zip(applied, z[2 * n :], strict=True)), np.zeros(evaluator.nu))
-        return np.concatenate([evaluator.accelerations(tau), [function(state) for function in read]])
-
-    reference = response(np.zeros(2 * n + ni))
-    scale = evaluator.scale[free]
-    J, error = jacobian(
-        _finite_where_valid(response, len(reference)),
-        np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, np.ones(ni)]),
-    )
-    if not np.all(np.isfinite(error)):
+    n = len(free)
+    given = GivenAccelerations(chart, udot)
+    equations = tangent(given, (transport(evaluator, y) @ chart.R)[free])
+    A, A_error = equations.accelerations, equations.accelerations_error
+    B = equations.solve(_input_forces(chart, applied))
+    C, D, C_error = Outputs(given, applied, read, any(map(needs_accelerations, outputs))).matrices(A, A_error, B)
+    error = max(_column_error(A_error, A, evaluator.scale[free]), _relative(C_error, C))
+    if error > WORST:
         raise SimulationError(
-            "cannot linearise: near this state a mass matrix is not positive definite or a closed loop is singular; "
-            "keep fewer modes and truncation vectors, or use another state"
+            f"cannot linearise: the derivatives are accurate to {error:.0e} of their largest only, which is above "
+            f"{WORST:.0e}; keep fewer modes and truncation vectors, or use another state"
         )
-    top = np.hstack([(transport(evaluator, y) @ chart.R)[free], np.eye(n), np.zeros((n, ni))])
-    seen = np.arange(evaluator.nu, len(J))
-    return StateSpace(
-        A=np.vstack([top[:, : 2 * n], J[free, : 2 * n]]),
-        B=np.vstack([top[:, 2 * n :], J[free, 2 * n :]]),
-        C=J[seen, : 2 * n],
-        D=J[seen, 2 * n :],
+    linear = StateSpace(
+        A=np.vstack([np.hstack([equations.N, np.eye(n)]), A]),
+        B=np.vstack([np.zeros_like(B), B]),
+        C=C,
+        D=D,
         inputs=tuple(inputs),
         outputs=tuple(outputs),
         owner=tuple(evaluator.owner),
         independent=free,
         R=chart.R,
         y=y,
-        udot=reference[: evaluator.nu],
-        error=max(_relative(error[rows], J[rows]) for rows in (free, seen)),
-        error_estimate=np.vstack([np.zeros((n, 2 * n)), error[free, : 2 * n]]),
+        udot=udot,
+        error=error,
+        error_estimate=np.vstack([np.zeros((n, 2 * n)), A_error]),
     )
+    return linear, equations
 
 
-def _finite_where_valid(function: Callable, size: int) -> Callable:
-    """Return the function (size,) with NaN where a step is too large for the system to be evaluated."""
+def _input_forces(chart: Chart, applied: Sequence[Input]) -> np.ndarray:
+    """Return the generalised forces (n, ni) of unit inputs at the state of a chart."""
+    evaluator = chart.evaluator
+    rest = evaluator.required(chart.y, np.zeros(evaluator.nu))
+    pushed = [evaluator.required(chart.y, np.zeros(evaluator.nu), push=partial(each.apply, 1.0)) for each in applied]
+    return chart.R.T @ (rest[:, None] - np.array(pushed).reshape(-1, evaluator.nu).T)
 
-    def tried(z: np.ndarray) -> np.ndarray:
+
+class Outputs:
+    """Outputs near the state of a chart, as functions of coordinates, speeds, accelerations and inputs."""
+
+    def __init__(self, given: GivenAccelerations, applied: Sequence[Input], read: Sequence[Callable], dynamic: bool):
+        self.given, self.applied, self.read = given, applied, read
+        self.dynamic = dynamic  # whether an output needs the accelerations of the system
+
+    def values(self, z: np.ndarray) -> np.ndarray:
+        """Return the outputs at changes ``[coordinates | speeds | accelerations | inputs]``."""
+        chart, evaluator = self.given.chart, self.given.evaluator
+        model, data = evaluator.packed.model, evaluator.data
+        n = len(chart.independent)
+        state = chart.moved(z[:n], z[n : 2 * n])
+        push = partial(self._push, z[3 * n :])
+        force = np.zeros(evaluator.nu)
+        if self.dynamic:
+            force[chart.independent] = self.given.force(state, self.given.own + z[2 * n : 3 * n], push)
+        evaluator.load(state)
+        world(model, data)
+        tau = push()
+        if self.dynamic:
+            evaluator.push(force)
+            evaluator.accelerations(tau)
+        return np.array([function(state) for function in self.read])
+
+    def _push(self, sizes: np.ndarray) -> np.ndarray:
+        tau = np.zeros(self.given.evaluator.nu)
+        return sum((each.apply(size) for each, size in zip(self.applied, sizes, strict=True)), tau)
+
+    def matrices(self, A: np.ndarray, A_error: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return C, D and the estimated errors of C, for accelerations ``A z + B i``."""
+        n, count = B.shape
+        scale = self.given.evaluator.scale[self.given.chart.independent]
+        steps = np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale])
+        if self.dynamic:
+            steps = np.concatenate([steps, SPEED_STEP * scale, np.ones(count)])
+        J, error = jacobian(self._where_valid, steps)
+        if not np.all(np.isfinite(error)):
+            raise SimulationError("cannot linearise: an output does not exist near this state; use another state")
+        if not self.dynamic:
+            return J, np.zeros((len(J), count)), error
+        C, W, D = np.split(J, [2 * n, 3 * n], axis=1)
+        return C + W @ A, D + W @ B, error[:, : 2 * n] + np.abs(W) @ A_error
+
+    def _where_valid(self, z: np.ndarray) -> np.ndarray:
+        """Return the outputs, NaN where the system cannot be evaluated."""
+        rest = np.zeros(3 * len(self.given.own) + len(self.applied) - len(z))
         try:
-            return function(z)
+            return self.values(np.concatenate([z, rest]))
         except SimulationError:
-            return np.full(size, np.nan)
+            return np.full(len(self.read), np.nan)
 
-    return tried
+
+def _column_error(error: np.ndarray, of: np.ndarray, scale: np.ndarray) -> float:
+    """Return the largest error of accelerations by coordinates and speeds (n, 2 n), relative to its column.
+
+    Coordinates are counted in their scales. A column that is smaller than `NEGLIGIBLE` of what the fastest motion makes
+    counts as that.
+    """
+    n = len(of)
+    size = np.abs(of) * np.tile(scale, 2) / scale[:, None]
+    rate = max(np.sqrt(size[:, :n].max(initial=0.0)), size[:, n:].max(initial=0.0), np.finfo(float).tiny)
+    least = NEGLIGIBLE * np.repeat([rate**2, rate], n)
+    columns = np.maximum(size.max(axis=0, initial=0.0), least)
+    return float((error * np.tile(scale, 2) / scale[:, None] / columns).max(initial=0.0))
 
 
 def _relative(error: np.ndarray, of: np.ndarray) -> float:

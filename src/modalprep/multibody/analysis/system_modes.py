@@ -6,14 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig
 
-from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.inputs_outputs import AXES
-from modalprep.multibody.analysis.linearise import linearise
-from modalprep.multibody.analysis.state_space import StateSpace
-from modalprep.multibody.analysis.tangent import has_tangent, roots, tangent
-from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.analysis.linearise import linear_equations
+from modalprep.multibody.analysis.tangent import roots
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
@@ -65,11 +61,10 @@ class SystemModes(Record):
 def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) -> SystemModes:
     """Return the modes of the linear equations about a state; arguments and errors as `linearise`.
 
-    Mass, gyroscopic matrix and stiffness stand apart, so that stiff bodies do not cost slow modes their digits; closed
-    loops in motion are linearised by their accelerations, which is accurate to 1e-11 of the fastest. About a steady
-    motion the shapes are relative to the moving reference. Rigid-body motions have double zero roots, which round-off
-    splits; a root within its first-order error (Wilkinson 1965, chapter 2: ``y E x / y x``, E the error of A) counts
-    as zero, and a pair of them once.
+    Mass, gyroscopic matrix and stiffness stand apart, so that stiff bodies do not cost slow modes their digits. About a
+    steady motion the shapes are relative to the moving reference. Rigid-body motions have double zero roots, which
+    round-off splits; a root within its first-order error (Wilkinson 1965, chapter 2: ``y E x / y x``, E the error of
+    the matrices) counts as zero, and a pair of them once.
 
     Returns
     -------
@@ -83,9 +78,10 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     refuse_other("system_modes: the system", System, system)
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]
-    linear = linearise(system, y, t, outputs=names)
-    values, vectors, error = _roots(system, linear, t)
-    kept = _once(values, error)
+    linear, equations = linear_equations(system, y, t, (), names)
+    found = roots(equations)
+    values, vectors = found.values, found.vectors
+    kept = _once(values, found.error)
     values = values[kept]
     vectors = vectors[:, kept]
     shape = linear.R @ vectors[: len(linear.independent)]
@@ -102,25 +98,6 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
         modal={name: shape[_rows(linear.owner, ("body", name))] for name in system.bodies},
         joints={joint.name: shape[_rows(linear.owner, ("joint", joint.name))] for joint in system.joints},
     )
-
-
-def _roots(system: System, linear: StateSpace, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return roots, vectors and errors by mass and stiffness, of closed loops in motion by the accelerations."""
-    evaluator = Evaluator(system, t)
-    chart = Chart(evaluator, linear.y)
-    if has_tangent(chart):
-        n = len(linear.independent)
-        found = roots(tangent(chart, linear.udot, linear.A[:n, :n]))
-        return found.values, found.vectors, found.error
-    values, left, vectors = eig(linear.A, left=True)
-    return values, vectors, _error(linear, left, vectors)
-
-
-def _error(linear: StateSpace, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the first-order error of each root due to the error and round-off of A."""
-    E = linear.error_estimate + np.finfo(float).eps * np.abs(linear.A)
-    across = np.abs(np.sum(left.conj() * right, axis=0))
-    return np.sum(np.abs(left) * (E @ np.abs(right)), axis=0) / np.maximum(across, np.finfo(float).tiny)
 
 
 def _once(values: np.ndarray, error: np.ndarray) -> np.ndarray:

@@ -7,10 +7,12 @@ with its own round-off, whereas ``M^-1 K`` mixes the stiffness of every mode int
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.linalg import eig
+from scipy.linalg import cho_factor, cho_solve, eig
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.differences import jacobian
@@ -18,6 +20,10 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
 EPS = np.finfo(float).eps
+NOT_POSITIVE = (
+    "cannot linearise: the mass matrix is not positive definite at this state; keep fewer modes and truncation "
+    "vectors, or use another state"
+)
 
 
 @dataclass(frozen=True)
@@ -40,38 +46,90 @@ class Tangent:
     D_error: np.ndarray
     K_error: np.ndarray
 
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        """Return the accelerations under generalised forces (n, k).
 
-def has_tangent(chart: Chart) -> bool:
-    """Whether `tangent` applies: closed loops have to be at rest."""
-    evaluator = chart.evaluator
-    still = not np.any(chart.y[evaluator.nx :]) and not any(joint.motions for joint in evaluator.system.joints)
-    return still or not len(chart.dependent)
+        Raises
+        ------
+        SimulationError
+            When the mass matrix is not positive definite.
+        """
+        return cho_solve(self._factor, force)
+
+    @property
+    def accelerations(self) -> np.ndarray:
+        """The derivatives of u' by x and u (n, 2 n)."""
+        return -self.solve(np.hstack([self.K, self.D]))
+
+    @property
+    def accelerations_error(self) -> np.ndarray:
+        """A bound of their errors, to first order (n, 2 n): those estimated and round-off."""
+        error = np.hstack([self.K_error + EPS * np.abs(self.K), self.D_error + EPS * np.abs(self.D)])
+        return np.abs(self.solve(np.eye(len(self.M)))) @ error
+
+    @cached_property
+    def _factor(self) -> tuple[np.ndarray, bool]:
+        try:
+            return cho_factor(self.M)
+        except np.linalg.LinAlgError:
+            raise SimulationError(NOT_POSITIVE) from None
 
 
-def tangent(chart: Chart, udot: np.ndarray, N: np.ndarray) -> Tangent:
-    """Return the matrices about the state of a chart with accelerations ``udot (nu,)``; N as in `linearise`.
+class GivenAccelerations:
+    """The forces of a motion near the state of a chart, the accelerations of the independent coordinates given.
+
+    These forces have no poles where the mass matrix of a deflected body ceases to be positive, as the accelerations
+    under given forces have: they are smooth over steps of a body's size.
+    """
+
+    def __init__(self, chart: Chart, udot: np.ndarray) -> None:
+        self.chart = chart
+        self.evaluator = chart.evaluator
+        self.own = udot[chart.independent]
+        still = not np.any(chart.y[self.evaluator.nx :]) and not any(j.motions for j in self.evaluator.system.joints)
+        self.projects = still or not len(chart.dependent)  # the dependent accelerations are those of R alone
+
+    def all(self, state: np.ndarray, R: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """Return the accelerations (nu,) of the tree; R is that of the state."""
+        if self.projects:
+            return R @ own
+        self.evaluator.load(state)
+        closed = self.evaluator.accelerations(np.zeros(self.evaluator.nu))
+        return closed + R @ (own - closed[self.chart.independent])
+
+    def force(self, state: np.ndarray, own: np.ndarray, push: Callable[[], np.ndarray] | None = None) -> np.ndarray:
+        """Return the generalised forces (n,) that accelerations need beyond the loads; `push` adds loads."""
+        R = self.chart.tangent(state)
+        return R.T @ self.evaluator.required(state, self.all(state, R, own), push=push)
+
+    def derivatives(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of `force` by coordinates and speeds (n, 2 n), and their estimated errors."""
+        n = len(self.own)
+        scale = self.evaluator.scale[self.chart.independent]
+
+        def force(z: np.ndarray) -> np.ndarray:
+            try:
+                return self.force(self.chart.moved(z[:n], z[n:]), self.own)
+            except SimulationError:
+                return np.full(n, np.nan)
+
+        return jacobian(force, np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale]))
+
+
+def tangent(given: GivenAccelerations, N: np.ndarray) -> Tangent:
+    """Return the matrices about the state of a chart; N as in `linearise`.
 
     Raises
     ------
     SimulationError
         When the forces do not exist near the state.
     """
-    evaluator = chart.evaluator
-    n = len(chart.independent)
-    own, scale = udot[chart.independent], evaluator.scale[chart.independent]
-
-    def force(z: np.ndarray) -> np.ndarray:
-        state = chart.moved(z[:n], z[n:])
-        R = chart.tangent(state)
-        try:
-            return R.T @ evaluator.required(state, R @ own)
-        except SimulationError:
-            return np.full(n, np.nan)
-
-    J, error = jacobian(force, np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale]))
+    J, error = given.derivatives()
     if not np.all(np.isfinite(error)):
         raise SimulationError("cannot linearise: the forces do not exist near this state; use another state")
-    M = chart.R.T @ evaluator.mass(chart.y) @ chart.R
+    n = len(J)
+    chart = given.chart
+    M = chart.R.T @ chart.evaluator.mass(chart.y) @ chart.R
     return Tangent(N=N, M=(M + M.T) / 2, D=J[:, n:], K=J[:, :n], D_error=error[:, n:], K_error=error[:, :n])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy
 
@@ -10,6 +12,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.singular import without_inertia
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL
+from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.model.system import System
@@ -204,15 +207,28 @@ class Evaluator:
         multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.work.unit[kept]
         return self.loops.exerted()
 
-    def required(self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True) -> np.ndarray:
+    def required(
+        self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True, push: Callable[[], np.ndarray] | None = None
+    ) -> np.ndarray:
         """Return the generalised forces (nu,), beyond all loads, that accelerations ``udot (nu,)`` need.
 
-        Those that closed loops exert are among them.
+        Those that closed loops exert are among them. `push` adds further loads and returns their joint forces (nu,).
         """
         out = np.zeros(self.nu)
         self.load(y, moving=moving)
+        tau = self.loading.tau
+        if push is not None:
+            world(self.packed.model, self.data)
+            tau = tau + push()
         required_forces(self.packed.model, self.data, udot, out)
-        return out - self.loading.tau
+        return out - tau
+
+    def push(self, force: np.ndarray) -> None:
+        """Add generalised forces ``force (nu,)`` to the loads, after `load`."""
+        self.loading.tau += force
+        for link in self.packed.model.links:
+            if link.modes:
+                self.data.modal.load[link.slot, : link.modes] += force[link.uq : link.uq + link.modes]
 
     def mass(self, y: np.ndarray) -> np.ndarray:
         """Return the mass matrix (nu, nu)."""
