@@ -14,6 +14,7 @@ from scipy.linalg.lapack import dposv
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, rotated, shifted
 from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.rows import mode6
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
@@ -53,13 +54,12 @@ def _modal_rows(modal, model, data, i, M):
     """Write the rows of M of link i's modes."""
     if modal is None:
         return
-    u, own, s, z = model.links[i].u, model.links[i].uq, model.links[i].slot, modal.Z
+    u, own, s = model.links[i].u, model.links[i].uq, model.links[i].slot
     for a in range(model.links[i].modes):
-        M[own + a, u] = z[s, a, 5]
+        M[own + a, u] = modal.M_rf[s, 5, a]
         for b in range(a + 1):
-            M[own + a, own + b] = z[s, b, 8 + a]
-        f = (z[s, a, 0], z[s, a, 1], z[s, a, 2], z[s, a, 3], z[s, a, 4], z[s, a, 5])
-        _carry(model, data, i, f, M[own + a])
+            M[own + a, own + b] = modal.M_ff[s, b, a]
+        _carry(model, data, i, mode6(modal.M_rf[s], a), M[own + a])
 
 
 @compile_kernel

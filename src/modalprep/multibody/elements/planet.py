@@ -9,14 +9,11 @@ from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, plus
 from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import times
-from modalprep.multibody.kernels.algebra.tuples import (
-    dot3,
-    take12,
-)
+from modalprep.multibody.kernels.algebra.tuples import dot3
 from modalprep.multibody.kernels.data import EPSILON, GROWS
 from modalprep.multibody.kernels.interfaces import add_at_origin
 from modalprep.multibody.kernels.loads.gravity import PLANET, planet_load
-from modalprep.multibody.kernels.modal_inertia import expand, mode_moments
+from modalprep.multibody.kernels.modal_inertia import deflect, mode_moments
 from modalprep.multibody.kernels.modal_mass import apply_slopes
 from modalprep.multibody.model.environment import CentralGravity, Orbit
 from modalprep.multibody.model.system import System
@@ -60,13 +57,12 @@ def _on_modes(modal, model, i, field):
         s = model.links[i].slot
         if s >= 0:
             g, _, n, q, _ = field
-            expand(modal, model, i)
+            deflect(modal, model, i)
             if model.links[i].modal_mass == GROWS:
                 apply_slopes(modal, model, i)
-            P = take12(modal.affine[0], 0)
             load = modal.load[s]
             for b in range(0, model.links[i].modes, WIDTH):
-                S, L = mode_moments(modal, model, i, P, b)
+                S, L = mode_moments(modal, model, i, b)
                 own = dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
                 put_lanes(load, b, get_lanes(load, b) + own)
 

@@ -34,13 +34,13 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.loads.gravity import near_planet
-from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, Fill, leaving_power
+from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
 from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
-from modalprep.multibody.packing.variable_mass import pack_fill
+from modalprep.multibody.packing.variable_mass import empty_fill, pack_fill
 
 KINDS = (
     point_force.KIND,
@@ -112,7 +112,7 @@ def pack_loads(system: System, packed: Packed, t_end: float, shortest_event: flo
     }
     masses = [packer.table(f"depletion {d.name!r}", d.mass) for d in system.depletions]
     environment = Environment(packer.tabulate(t_end, shortest_event), planet.pack(system))
-    fill = pack_fill(system, packed, masses, t_end) if masses else _no_fill()
+    fill = pack_fill(system, packed, masses, t_end) if masses else empty_fill()
     return Loads(environment, fill=fill, **found)
 
 
@@ -128,10 +128,6 @@ def _none(kind: ElementKind) -> Any:
 
 
 @cache
-def _no_fill() -> Fill:
-    return Fill(rows(DEPLETION, ()), np.zeros(0), np.zeros((0, 0)), np.zeros(0))
-
-
 def _motions(packer: Packer) -> list[tuple[int, int]]:
     return [
         (i, packer.table(f"joint {link.joint.name!r}: motion", link.joint.motions[link.hinge]))

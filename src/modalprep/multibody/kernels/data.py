@@ -87,20 +87,20 @@ LINK_DATA = np.dtype(
 
 @by_address
 class Integrals(NamedTuple):
-    """Mass integrals of the flexible bodies in their links' frames.
+    """Mass integrals of the flexible bodies in their links' frames: `AffinePart` of body/mass.py, theory 4.6.
 
-    N is the largest number of modes, filled up to a multiple of four with zeros. The affine part and the rest of a
-    body's motion are those of body/mass.py. Rows of N numbers, one of each mode i, stand one after the other
-    (algebra/rows.py), functions r first, then axes: in `base` B (12 rows); in `by_q` (factors of q_j and q'_j) D (12);
-    in `rest` (of q_j) P'_ab (9); in `gyro` (of q'_j) ``eps_cab P'_ba`` (3).
+    N is the largest number of modes, filled up to a multiple of four with zeros. The vectors of the four affine
+    functions follow each other, component ``3 r + a`` of function r and axis a; those of a matrix by rows, ``3 a + b``.
     """
 
-    place: np.ndarray  # (nk, 25) p(0), p(0) / p(0).p(0) of the mean strain, sqrt(m)
-    base: np.ndarray  # (nk, 12 N)
-    by_q: np.ndarray  # (nk, N, 12 N), j first
-    rest: np.ndarray  # (nk, N, 9 N)
-    gyro: np.ndarray  # (nk, N, 3 N)
-    mass: np.ndarray  # (nk, N, N) M - B^T B, M the modal mass
+    p0: np.ndarray  # (nk, 12) p_r(0)
+    strain: np.ndarray  # (nk, 12) p(0) / p(0).p(0), of the mean strain tau; zero for the constant function
+    root_mass: np.ndarray  # (nk,) sqrt(m)
+    B: np.ndarray  # (nk, 12, N)
+    Kg_p: np.ndarray  # (nk, N, 12, N) D_r of (4.4): Kg_A, Kg_W in the affine functions
+    P_rest: np.ndarray  # (nk, N, 9, N) P' of the rest of the motion
+    gyro: np.ndarray  # (nk, N, 3, N) eps_cab P'_ba
+    M_rest: np.ndarray  # (nk, N, N) M' = M - B^T B, M the modal mass
 
 
 @by_address
@@ -108,10 +108,11 @@ class Modal(NamedTuple):
     """Constants of the flexible bodies."""
 
     integrals: Integrals  # of the bodies as they are given
-    diagonal: np.ndarray  # (nk, 2, N) K, D
-    second: np.ndarray  # (nk, N, N, N) c_ljk of the rest, j first; (nk, 0, 0, 0) where no body has T
-    shape: np.ndarray  # (interfaces, 6 N) rows of phi (3), psi (3)
-    Kg_node: np.ndarray  # (interfaces, N, 6 N) rows of Kg_F (3), Kg_T (3)
+    K: np.ndarray  # (nk, N) stiffness
+    D: np.ndarray  # (nk, N) damping
+    c: np.ndarray  # (nk, N, N, N) c_ljk of (4.9), j first; (nk, 0, 0, 0) where no body has T
+    Phi: np.ndarray  # (interfaces, 6, N) phi (3), psi (3) at q = 0
+    Kg_FT: np.ndarray  # (interfaces, N, 6, N) Kg_F (3), Kg_T (3)
     arm: np.ndarray  # (interfaces, 3) `strain_arms` of body/line.py
 
 
@@ -129,29 +130,45 @@ class Model(NamedTuple):
 
 @by_address
 class ModalData(NamedTuple):
-    """What an evaluation writes of the flexible bodies; N as in `Integrals`, rows filled up with zeros."""
+    """What an evaluation writes of the flexible bodies, in the notation of theory 4 and 5; N as in `Integrals`."""
 
     integrals: Integrals  # now: the model's own arrays, copies where a body loses mass
     q: np.ndarray  # (nf, N)
     qd: np.ndarray  # (nf, N)
-    load: np.ndarray  # (nf, N) external modal forces
     qdd: np.ndarray  # (nf, N)
-    Z: np.ndarray  # (nf, N, 8 + N): [S C | b_f | 1 / pivot], then M_ff, the upper half; eliminated in place
-    Phi: np.ndarray  # (links on flexible parents + 1, 6 N): rows of [Phi_k]; the last for passing use
-    dp: np.ndarray  # (12 N,) rows of one body's dp(q); then D q', P' q, the gyroscopic products with q'
-    Dqd: np.ndarray  # (12 N,)
-    affine: np.ndarray  # (5, 12) p, p', p'' without q'', workspace
-    rest: np.ndarray  # (12 N,) nine rows; the others stay zero
-    gyro: np.ndarray  # (3 N,)
-    eta: np.ndarray  # (2, N) coordinates of the rest and their rates
-    slope: np.ndarray  # (3, N, N) of a body with T: d eta / d q, its rate, M' d eta
-    turned: np.ndarray  # (N,) of a body with T: a row of `rest` or `gyro` for eta
-    curved: np.ndarray  # (2, N) of a body with T: c q' q', and its modal force
-    phi: np.ndarray  # (6 N,) rows of the inertia that one interface carries, times its Phi
-    turn: np.ndarray  # (6 N,) rows of one interface's ``Kg_F q'``, ``Kg_T q'``
-
-
-LOAD, INVERSE = 6, 7  # in the first eight of a row of `ModalData.Z`: b_f and 1 / pivot, after S and C
+    load: np.ndarray  # (nf, N) external modal forces
+    M_rf: np.ndarray  # (nf, 6, N) S (3), C (3), with what children add; L^-1 M_fr after the elimination
+    M_ff: np.ndarray  # (nf, N, N) the upper half counts; L^T with the pivots after the elimination
+    b_f: np.ndarray  # (nf, N) modal bias force; L^-1 b_f after the elimination
+    inverse: np.ndarray  # (nf, N) 1 / pivot
+    Phi: np.ndarray  # (links on flexible parents + 1, 6, N) [Phi_k] at q; the last for passing use
+    # of one body at a time: the affine part (4.4) and its terms
+    Bq: np.ndarray  # (12,) B q
+    Bqd: np.ndarray  # (12,) B q'
+    t: np.ndarray  # (12,) q D q / 2
+    td: np.ndarray  # (12,) its rate
+    tdd: np.ndarray  # (12,) q' D q'
+    p: np.ndarray  # (12,) p(q)
+    pd: np.ndarray  # (12,) its rate
+    pdd: np.ndarray  # (12,) its acceleration without q''
+    p_tau: np.ndarray  # (12,) its derivative by the mean strain tau
+    Kg_q: np.ndarray  # (12, N) D q
+    Kg_qd: np.ndarray  # (12, N) D q'
+    dp: np.ndarray  # (12, N) dp / dq
+    # of one body at a time: the rest of the motion (4.9)
+    eta: np.ndarray  # (N,)
+    etad: np.ndarray  # (N,)
+    P_eta: np.ndarray  # (12, N) nine rows P'_ab eta; the others stay zero
+    gyro: np.ndarray  # (3, N) eps_cab P'_ba eta'
+    d_eta: np.ndarray  # (N, N) d eta / dq of a body with T
+    d_etad: np.ndarray  # (N, N) its rate
+    M_d_eta: np.ndarray  # (N, N) M' d eta
+    eta_bias: np.ndarray  # (N,) c q' q', the acceleration of eta without q''
+    eta_force: np.ndarray  # (N,) d eta^T M' c q' q'
+    row: np.ndarray  # (N,) workspace
+    # of one interface at a time
+    I_Phi: np.ndarray  # (6, N) inertia that it carries times its Phi
+    Kg_FT_qd: np.ndarray  # (6, N) Kg_F q', Kg_T q'
 
 
 @by_address
@@ -173,8 +190,8 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> packed = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
     >>> data = new_data(packed.model)
-    >>> data.links["mass"], data.modal.Z.shape
-    (array([12.,  0.]), (1, 4, 12))
+    >>> data.links["mass"], data.modal.M_rf.shape
+    (array([12.,  0.]), (1, 6, 4))
     """
     links = np.zeros(len(model.links) + 1, LINK_DATA).view(np.recarray)
     for name in ("mass", "first_moment", "inertia"):
@@ -187,27 +204,22 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
 
 
 def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
-    N, grows = modal.integrals.by_q.shape[1], modal.second.shape[1]
+    N = modal.K.shape[1]
+    with_T = modal.c.shape[1]
     slots = int(model.links["slot"].max()) + 1
     attached = int(model.links["phi"].max()) + 2
     integrals = Integrals(*(x.copy() for x in modal.integrals)) if depleting else modal.integrals
-    shapes = {
-        "q": (slots, N),
-        "qd": (slots, N),
-        "load": (slots, N),
-        "qdd": (slots, N),
-        "Z": (slots, N, 8 + N),
-        "Phi": (attached, 6 * N),
-        "dp": (12 * N,),
-        "Dqd": (12 * N,),
-        "affine": (5, 12),
-        "rest": (12 * N,),
-        "gyro": (3 * N,),
-        "eta": (2, N),
-        "slope": (3, grows, grows),
-        "turned": (grows,),
-        "curved": (2, grows),
-        "phi": (6 * N,),
-        "turn": (6 * N,),
+    shapes: dict[str, tuple[int, ...]] = {
+        **dict.fromkeys(("q", "qd", "qdd", "load", "b_f", "inverse"), (slots, N)),
+        "M_rf": (slots, 6, N),
+        "M_ff": (slots, N, N),
+        "Phi": (attached, 6, N),
+        **dict.fromkeys(("Bq", "Bqd", "t", "td", "tdd", "p", "pd", "pdd", "p_tau"), (12,)),
+        **dict.fromkeys(("Kg_q", "Kg_qd", "dp", "P_eta"), (12, N)),
+        **dict.fromkeys(("eta", "etad"), (N,)),
+        "gyro": (3, N),
+        **dict.fromkeys(("d_eta", "d_etad", "M_d_eta"), (with_T, with_T)),
+        **dict.fromkeys(("eta_bias", "eta_force", "row"), (with_T,)),
+        **dict.fromkeys(("I_Phi", "Kg_FT_qd"), (6, N)),
     }
     return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()})

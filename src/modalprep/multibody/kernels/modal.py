@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import (
     WIDTH,
@@ -12,7 +14,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     put_lanes6,
 )
 from modalprep.multibody.kernels.algebra.matrices import inertia_times, less_outer, less_product
-from modalprep.multibody.kernels.algebra.rows import add8, add_heads, heads, mode6, put_rows6, rows6, sums6, sums9
+from modalprep.multibody.kernels.algebra.rows import mode6, put_rows6, rows6, sums6, sums9, zero6, zero9
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
@@ -27,10 +29,11 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put6,
     put9,
 )
-from modalprep.multibody.kernels.data import INVERSE, LOAD
 from modalprep.multibody.kernels.modal_interfaces import (
     on_shape,
 )
+
+AFTER = np.triu(np.ones((WIDTH, WIDTH)), 1)  # of four modes: row k is 1 for those after mode k
 
 
 @compile_inline
@@ -44,18 +47,21 @@ def add_to_modes(modal, model, i, M, H, J, p, r):
 
 @compile_inline
 def _add_to_modes(modal, slot, s, n, M, H, J, p, r):
-    N, Phi, Z = modal.q.shape[1], modal.Phi[slot], modal.Z[s]
+    Phi = modal.Phi[slot]
+    M_rf = modal.M_rf[s]
+    M_ff = modal.M_ff[s]
     for b in range(0, n, WIDTH):
-        phi = rows6(Phi, b, N)
-        c = inertia_times(M, H, J, phi)
-        put_rows6(modal.phi, b, N, c)
-        f = (c[0], c[1], c[2])
-        t = add3((c[3], c[4], c[5]), cross(r, f))
-        add_heads(Z, b, (f[0], f[1], f[2], t[0], t[1], t[2], dot6(p, phi), four(0.0)))
+        phi = rows6(Phi, 0, b)
+        force = inertia_times(M, H, J, phi)
+        put_rows6(modal.I_Phi, 0, b, force)
+        f = force[:3]
+        t = add3(force[3:], cross(r, f))
+        put_rows6(M_rf, 0, b, add6(rows6(M_rf, 0, b), (f[0], f[1], f[2], t[0], t[1], t[2])))
+        put_lanes(modal.b_f[s], b, get_lanes(modal.b_f[s], b) + dot6(p, phi))
     for a in range(n):
-        c = mode6(modal.phi, a, N)
+        force = mode6(modal.I_Phi, a)
         for b in range(a & -WIDTH, n, WIDTH):
-            put_lanes(Z[a], 8 + b, get_lanes(Z[a], 8 + b) + dot6(c, rows6(Phi, b, N)))
+            put_lanes(M_ff[a], b, get_lanes(M_ff[a], b) + dot6(force, rows6(Phi, 0, b)))
 
 
 @compile_inline
@@ -70,45 +76,75 @@ def eliminate_modes(modal, model, data, i, c1, c2):
 
 @compile_inline
 def _eliminate(modal, model, own, i, c1, c2):
-    k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
-    Z = modal.Z[s]
+    k = model.links[i].kind
+    s = model.links[i].slot
+    n = model.links[i].modes
     for a in range(n):
-        Z[a, 8 + a] += c1 * model.modal.diagonal[k, 1, a] + c2 * model.modal.diagonal[k, 0, a]
-        Z[a, LOAD] -= modal.load[s, a]
-    for a in range(n):
-        row = Z[a]
-        if not row[8 + a] > 0.0:
-            return False
-        g = 1.0 / row[8 + a]
-        x, y = get_lanes(row, 0), get_lanes(row, 4)
-        for b in range(a + 1, n):
-            other = Z[b]
-            f = -g * row[8 + b]
-            add8(other, f, x, y)
-            for c in range(8 + (b & -WIDTH), 8 + n, WIDTH):
-                put_lanes(other, c, get_lanes(other, c) + f * get_lanes(row, c))
-        row[INVERSE] = g
-    _condense(own, Z, n)
+        modal.M_ff[s, a, a] += c1 * model.modal.D[k, a] + c2 * model.modal.K[k, a]
+        modal.b_f[s, a] -= modal.load[s, a]
+    if not _factorise(modal.M_ff[s], modal.inverse[s], n):
+        return False
+    _reduce(modal, s, n)
+    _condense(own, modal, s, n)
     return True
 
 
 @compile_inline
-def _condense(own, Z, n):
-    """Take ``g v v^T`` of all modes off the articulated inertia of a link, and ``g v v[LOAD]`` off its bias."""
-    z = four(0.0)
-    M = (z, z, z, z, z, z)
-    H = (z, z, z, z, z, z, z, z, z)
-    J = (z, z, z, z, z, z)
-    P = (z, z, z, z, z, z)
+def _factorise(M_ff, inverse, n):
+    """Eliminate ``M_ff = L diag(pivot) L^T`` by rows; False when a pivot is not positive."""
+    for a in range(n):
+        row = M_ff[a]
+        if not row[a] > 0.0:
+            return False
+        g = 1.0 / row[a]
+        for b in range(a + 1, n):
+            f = -g * row[b]
+            other = M_ff[b]
+            for c in range(b & -WIDTH, n, WIDTH):
+                put_lanes(other, c, get_lanes(other, c) + f * get_lanes(row, c))
+        inverse[a] = g
+    return True
+
+
+@compile_inline
+def _reduce(modal, s, n):
+    """Make M_fr and b_f ``L^-1 M_fr``, ``L^-1 b_f``: four modes b at a time, less the rows of all modes a before b."""
+    M_rf = modal.M_rf[s]
+    b_f = modal.b_f[s]
     for b in range(0, n, WIDTH):
-        v = heads(Z, b)
-        f = (v[0], v[1], v[2])
-        t = (v[3], v[4], v[5])
-        load = v[LOAD] * v[INVERSE]
-        M = less_outer(M, v[INVERSE], f)
-        H = less_product(H, v[INVERSE], f, t)
-        J = less_outer(J, v[INVERSE], t)
-        P = axpy6(P, -1.0 * load, (v[0], v[1], v[2], v[3], v[4], v[5]))
+        v = rows6(M_rf, 0, b)
+        load = get_lanes(b_f, b)
+        for a in range(b):
+            f = modal.inverse[s, a] * get_lanes(modal.M_ff[s, a], b)
+            v = axpy6(v, -1.0 * f, mode6(M_rf, a))
+            load = load - f * b_f[a]
+        for k in range(min(n - b, WIDTH) - 1):
+            put_rows6(M_rf, 0, b, v)
+            put_lanes(b_f, b, load)
+            a = b + k
+            f = modal.inverse[s, a] * get_lanes(modal.M_ff[s, a], b) * get_lanes(AFTER[k], 0)
+            v = axpy6(v, -1.0 * f, mode6(M_rf, a))
+            load = load - f * b_f[a]
+        put_rows6(M_rf, 0, b, v)
+        put_lanes(b_f, b, load)
+
+
+@compile_inline
+def _condense(own, modal, s, n):
+    """Subtract ``M_rf M_ff^-1 M_fr`` from the articulated inertia of a link, ``M_rf M_ff^-1 b_f`` from its bias."""
+    M = zero6()
+    H = zero9()
+    J = zero6()
+    P = zero6()
+    for b in range(0, n, WIDTH):
+        g = get_lanes(modal.inverse[s], b)
+        v = rows6(modal.M_rf[s], 0, b)
+        f = v[:3]
+        t = v[3:]
+        M = less_outer(M, g, f)
+        H = less_product(H, g, f, t)
+        J = less_outer(J, g, t)
+        P = axpy6(P, -1.0 * (g * get_lanes(modal.b_f[s], b)), v)
     put6(own.M, add6(get6(own.M), sums6(M)))
     put9(own.H, add9(get9(own.H), sums9(H)))
     put6(own.J, add6(get6(own.J), sums6(J)))
@@ -116,26 +152,21 @@ def _condense(own, Z, n):
 
 
 @compile_inline
-def _condense_bias(own, g, v):
-    """Take ``g v v[LOAD]`` off the bias of link i."""
-    f = g * v[LOAD]
-    for c in range(6):
-        own.force[c] -= f * v[c]
-
-
-@compile_inline
 def eliminate_load(modal, model, data, i):
-    """Condense a new modal bias force (column b_f of Z) of link i with the pivots of `eliminate_modes`."""
+    """Condense a new modal bias force b_f of link i with the pivots of `eliminate_modes`."""
     if modal is None:
         return
     if model.links[i].slot < 0:
         return
-    s, n = model.links[i].slot, model.links[i].modes
+    s = model.links[i].slot
+    n = model.links[i].modes
+    force = get6(data.links[i].force)
     for a in range(n):
-        row = modal.Z[s, a]
+        f = modal.inverse[s, a] * modal.b_f[s, a]
         for b in range(a + 1, n):
-            modal.Z[s, b, LOAD] -= row[8 + b] * row[INVERSE] * row[LOAD]
-        _condense_bias(data.links[i], row[INVERSE], row)
+            modal.b_f[s, b] -= modal.M_ff[s, a, b] * f
+        force = axpy6(force, -f, mode6(modal.M_rf[s], a))
+    put6(data.links[i].force, force)
 
 
 @compile_inline
@@ -145,17 +176,20 @@ def modal_accelerations(modal, model, data, i, udot):
         return
     if model.links[i].slot < 0:
         return
-    s, n, u = model.links[i].slot, model.links[i].modes, model.links[i].uq
+    s = model.links[i].slot
+    n = model.links[i].modes
+    u = model.links[i].uq
     A = get6(data.links[i].acceleration)
-    Z = modal.Z[s]
+    M_ff = modal.M_ff[s]
     qdd = modal.qdd[s]
-    for a in range(n):
-        qdd[a] = -dot6(get6(Z[a]), A) - Z[a, LOAD]
+    for b in range(0, n, WIDTH):
+        put_lanes(qdd, b, -1.0 * dot6(A, rows6(modal.M_rf[s], 0, b)) - get_lanes(modal.b_f[s], b))
     for a in range(n - 1, -1, -1):  # by columns: a sum over a row would wait for each number in turn
-        v = qdd[a] * Z[a, INVERSE]
-        qdd[a] = udot[u + a] = v
+        v = qdd[a] * modal.inverse[s, a]
+        udot[u + a] = v
+        qdd[a] = v
         for b in range(a):
-            qdd[b] -= Z[b, 8 + a] * v
+            qdd[b] -= M_ff[b, a] * v
 
 
 @compile_inline
@@ -172,7 +206,7 @@ def take_loads(modal, model, i):
         s = model.links[i].slot
         if s >= 0:
             for a in range(model.links[i].modes):
-                modal.Z[s, a, LOAD] = -modal.load[s, a]
+                modal.b_f[s, a] = -modal.load[s, a]
 
 
 @compile_inline
@@ -186,17 +220,17 @@ def condense_rows(modal, model, i, begin, end, work):
 @compile_kernel
 def _condense_rows(modal, s, n, begin, end, work):
     for a in range(n):
-        row = modal.Z[s, a]
+        M_fr = mode6(modal.M_rf[s], a)
         for p in range(begin, end):
             k = work.paths.entries[p].bundle
             forces = work.modal[p]
             own = work.entries[p]
-            f = get_lanes(forces, 4 * a) * row[INVERSE]
+            f = get_lanes(forces, 4 * a) * modal.inverse[s, a]
             free = work.bundles[k].free
             for b in range(a + 1, n):
-                put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * row[8 + b])
-            put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, get6(row)))
-            put_lanes(free, 0, get_lanes(free, 0) - f * row[LOAD])
+                put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * modal.M_ff[s, a, b])
+            put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, M_fr))
+            put_lanes(free, 0, get_lanes(free, 0) - f * modal.b_f[s, a])
             put_lanes(own.drive, 0, f)
             for q in range(begin, p + 1):
                 S = work.bundles[k].S if q == p else work.between[k, work.paths.entries[q].bundle].S
@@ -210,14 +244,14 @@ def push_bias_of_modes(modal, model, i, size, forces, p, k):
     """Take eliminated modal forces, lane k of ``forces[p]``, times a size, off the bias of link i's modes."""
     if modal is not None:
         for a in range(model.links[i].modes):
-            modal.Z[model.links[i].slot, a, LOAD] -= size * forces[p, 4 * a + k]
+            modal.b_f[model.links[i].slot, a] -= size * forces[p, 4 * a + k]
 
 
 @compile_inline
 def clear_bias_of_modes(modal, model):
     """Set the modal bias forces to zero."""
     if modal is not None:
-        modal.Z[:, :, LOAD] = 0.0
+        modal.b_f[:] = 0.0
 
 
 @compile_inline
@@ -246,7 +280,7 @@ def add_bias_to_modes(modal, model, i, force, torque):
         slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
             for a in range(model.links[p].modes):
-                modal.Z[model.links[p].slot, a, LOAD] += on_shape(modal, slot, a, force, torque)
+                modal.b_f[model.links[p].slot, a] += on_shape(modal, slot, a, force, torque)
 
 
 @compile_inline
@@ -278,18 +312,17 @@ def modal_forces(modal, model, data, i, f, out):
         s = model.links[i].slot
         n = model.links[i].modes
         u = model.links[i].uq
-        at = get6(data.links[i].acceleration)
+        A = get6(data.links[i].acceleration)
         if s >= 0:
             for a in range(n):
-                row = modal.Z[s, a]
-                out[u + a] = dot6(get6(row), at) + row[LOAD] - modal.load[s, a]
+                out[u + a] = dot6(mode6(modal.M_rf[s], a), A) + modal.b_f[s, a] - modal.load[s, a]
             for a in range(n):
-                row, qdd = modal.Z[s, a], modal.qdd[s, a]
-                f = axpy6(f, qdd, get6(row))
-                out[u + a] += row[8 + a] * qdd
+                qdd = modal.qdd[s, a]
+                f = axpy6(f, qdd, mode6(modal.M_rf[s], a))
+                out[u + a] += modal.M_ff[s, a, a] * qdd
                 for b in range(a + 1, n):  # the upper half of M_ff
-                    out[u + a] += row[8 + b] * modal.qdd[s, b]
-                    out[u + b] += row[8 + b] * qdd
+                    out[u + a] += modal.M_ff[s, a, b] * modal.qdd[s, b]
+                    out[u + b] += modal.M_ff[s, a, b] * qdd
     return f
 
 
@@ -301,9 +334,10 @@ def modal_momenta(modal, model, link):
         s = model.links[link].slot
         if s >= 0:
             for a in range(model.links[link].modes):
-                Z, qd = modal.Z[s, a], modal.qd[s, a]
-                linear = axpy3(linear, qd, (Z[0], Z[1], Z[2]))
-                angular = axpy3(angular, qd, (Z[3], Z[4], Z[5]))
+                qd = modal.qd[s, a]
+                M_fr = mode6(modal.M_rf[s], a)
+                linear = axpy3(linear, qd, M_fr[:3])
+                angular = axpy3(angular, qd, M_fr[3:])
     return linear, angular
 
 
@@ -317,10 +351,10 @@ def modal_energies(modal, model, link):
         n = model.links[link].modes
         if s >= 0:
             for a in range(n):
-                Z, q, qd = modal.Z[s, a], modal.q[s, a], modal.qd[s, a]
-                own = qd * Z[8 + a]
+                qd = modal.qd[s, a]
+                own = qd * modal.M_ff[s, a, a]
                 for b in range(a + 1, n):  # M_ff is symmetric, its upper half is there
-                    own += 2.0 * modal.qd[s, b] * Z[8 + b]
+                    own += 2.0 * modal.qd[s, b] * modal.M_ff[s, a, b]
                 kinetic += qd * own
-                strain += 0.5 * model.modal.diagonal[k, 0, a] * q * q
+                strain += 0.5 * model.modal.K[k, a] * modal.q[s, a] ** 2
     return kinetic, strain

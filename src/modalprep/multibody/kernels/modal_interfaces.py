@@ -58,31 +58,30 @@ def node_shape(modal, model, p, node, slot):
     s = model.links[p].slot
     n = model.links[p].modes
     row = model.links[p].first_interface + node
-    shape = model.modal.shape[row]
+    phi = model.modal.Phi[row]
     Phi = modal.Phi[slot]
     q = modal.q[s]
     qd = modal.qd[s]
-    N = modal.q.shape[1]
     if model.links[p].modal_mass == UNIT:
         for b in range(0, n, WIDTH):
-            put_rows6(Phi, b, N, rows6(shape, b, N))
-        return dots6(shape, N, q, n), dots6(shape, N, qd, n), ZERO6
+            put_rows6(Phi, 0, b, rows6(phi, 0, b))
+        return dots6(phi, q, n), dots6(phi, qd, n), ZERO6
     for b in range(0, n, WIDTH):
-        bent, turning = twice_combined6(model.modal.Kg_node[row], q, qd, n, b, N)
-        put_rows6(Phi, b, N, axpy6(rows6(shape, b, N), -1.0, bent))
-        put_rows6(modal.turn, b, N, turning)
-    moved = add6(dots6(shape, N, q, n), dots6(Phi, N, q, n))
+        Kg_q, Kg_qd = twice_combined6(model.modal.Kg_FT[row], 0, b, q, qd, n)
+        put_rows6(Phi, 0, b, axpy6(rows6(phi, 0, b), -1.0, Kg_q))
+        put_rows6(modal.Kg_FT_qd, 0, b, Kg_qd)
+    moved = add6(dots6(phi, q, n), dots6(Phi, q, n))
     moved = (0.5 * moved[0], 0.5 * moved[1], 0.5 * moved[2], 0.5 * moved[3], 0.5 * moved[4], 0.5 * moved[5])
-    second = sub6(ZERO6, dots6(modal.turn, N, qd, n))
-    return _as_a_line(modal, shape, get3(model.modal.arm[row]), s, n, slot, moved, dots6(Phi, N, qd, n), second)
+    second = sub6(ZERO6, dots6(modal.Kg_FT_qd, qd, n))
+    return _as_a_line(modal, phi, get3(model.modal.arm[row]), s, n, slot, moved, dots6(Phi, qd, n), second)
 
 
 @compile_inline
-def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
+def _as_a_line(modal, phi, arm, s, n, slot, moved, rates, second):
     """Give the translations of `node_shape` their third and fourth order, by the strain of the arm (body/line.py)."""
-    N, Phi = modal.q.shape[1], modal.Phi[slot]
-    linear = take3(dots6(shape, N, modal.q[s], n), 0)
-    speed = take3(dots6(shape, N, modal.qd[s], n), 0)
+    Phi = modal.Phi[slot]
+    linear = take3(dots6(phi, modal.q[s], n), 0)
+    speed = take3(dots6(phi, modal.qd[s], n), 0)
     bent = axpy3(take3(moved, 0), -1.0, linear)
     bending = axpy3(take3(rates, 0), -1.0, speed)
     tau = dot3(arm, bent)
@@ -92,9 +91,9 @@ def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
     h, h_slope, h_curve = swing(tau)
     along = combined(h_slope, linear, g_slope, bent)
     for b in range(0, n, WIDTH):
-        first = rows3(shape, b, N)
-        across = axpy3(rows3(Phi, b, N), -1.0, first)
-        put_rows3(Phi, b, N, axpy3(combined(h, first, g, across), dot3(arm, across), along))
+        first = rows3(phi, 0, b)
+        across = axpy3(rows3(Phi, 0, b), -1.0, first)
+        put_rows3(Phi, 0, b, axpy3(combined(h, first, g, across), dot3(arm, across), along))
     u = combined(h, linear, g, bent)
     v = axpy3(combined(h, speed, g, bending), rate, along)
     turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
@@ -112,12 +111,11 @@ def turn_shape(modal, slot, n, x, s, offset):
     """Turn the rows ``psi(q)`` of modal.Phi to angular velocities and move the point by `offset`."""
     argument = half_tangent(x)
     Phi = modal.Phi[slot]
-    N = modal.q.shape[1]
     for b in range(0, n, WIDTH):
-        phi = rows6(Phi, b, N)
-        t = cayley_rate(argument, s, half_tangent_rate(x, (phi[3], phi[4], phi[5])))
-        v = add3((phi[0], phi[1], phi[2]), cross(t, offset))
-        put_rows6(Phi, b, N, (v[0], v[1], v[2], t[0], t[1], t[2]))
+        phi = rows6(Phi, 0, b)
+        t = cayley_rate(argument, s, half_tangent_rate(x, phi[3:]))
+        v = add3(phi[:3], cross(t, offset))
+        put_rows6(Phi, 0, b, (v[0], v[1], v[2], t[0], t[1], t[2]))
 
 
 @compile_inline
@@ -146,7 +144,7 @@ def node_motion(modal, model, data, p, node, slot, arm):
 @compile_inline
 def elastic_acceleration(modal, slot, n, s):
     """Return the sum of modal.Phi[slot] times q'' (linear, angular)."""
-    v = dots6(modal.Phi[slot], modal.q.shape[1], modal.qdd[s], n)
+    v = dots6(modal.Phi[slot], modal.qdd[s], n)
     return (v[0], v[1], v[2]), (v[3], v[4], v[5])
 
 
@@ -270,7 +268,7 @@ def _interface_motion(model, data, link, node, r, shape):
     r, turn, x, scale, v, w, linear, angular = node_motion(modal, model, data, link, node, slot, r)
     turn_shape(modal, slot, n, x, scale, ZERO3)
     for a in range(n):
-        put6(shape[a], mode6(modal.Phi[slot], a, modal.q.shape[1]))
+        put6(shape[a], mode6(modal.Phi[slot], a))
     return r, turn, v, w, linear, angular
 
 
@@ -311,5 +309,5 @@ def _load_modes(model, data, link, node, r, force, torque):
 @compile_inline
 def on_shape(modal, slot, a, force, torque):
     """Generalised force of a force and a torque on mode a."""
-    phi = mode6(modal.Phi[slot], a, modal.q.shape[1])
-    return dot3(force, (phi[0], phi[1], phi[2])) + dot3(torque, (phi[3], phi[4], phi[5]))
+    phi = mode6(modal.Phi[slot], a)
+    return dot3(force, phi[:3]) + dot3(torque, phi[3:])

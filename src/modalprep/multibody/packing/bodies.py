@@ -69,54 +69,65 @@ class Bodies:
         if not self.flexible:
             return None
         N = max(body.n for body, _ in self.flexible)
-        kinds = len(self.flexible)
         N += -N % WIDTH
         first = {kind: node for node, kind in self.found.values()}
-        grows = N if any(body.T is not None for body, _ in self.flexible) else 0
-        of_kind = ((25,), (12 * N,), (N, 12 * N), (N, 9 * N), (N, 3 * N), (N, N), (2, N), (grows, grows, grows))
-        out = [
-            *(np.zeros((kinds, *shape)) for shape in of_kind),
-            *(np.zeros((self.count, *shape)) for shape in ((6 * N,), (N, 6 * N), (3,))),
-        ]
+        found = _empty(len(self.flexible), self.count, N, any(body.T is not None for body, _ in self.flexible))
         for k, (body, align) in enumerate(self.flexible):
-            rows = slice(first[k], first[k] + len(body.interface_name))
-            for number, (array, value) in enumerate(zip(out, _modes(body, align, N), strict=True)):
-                place = k if number < len(of_kind) else rows
-                array[place][(..., *(slice(size) for size in value.shape[-(array.ndim - 1) :]))] = value
-        integrals = len(Integrals._fields)
-        return Modal(Integrals(*out[:integrals]), *out[integrals:])
+            integrals, constants, of_interfaces = _modes(body, align)
+            nodes = slice(first[k], first[k] + len(body.interface_name))
+            _fill(found.integrals, k, integrals)
+            _fill(found, k, constants)
+            _fill(found, nodes, of_interfaces)
+        return found
 
 
-def _modes(body: FlexibleBody, Q: np.ndarray, N: int) -> tuple[np.ndarray, ...]:
-    """Return the arrays of `Integrals` and `Modal` of one body, its axes turned by Q, with rows of N; see there."""
+def _empty(kinds: int, interfaces: int, N: int, with_T: bool) -> Modal:
+    """Return zeros in place of all constants."""
+    shapes = {
+        "p0": (12,),
+        "strain": (12,),
+        "root_mass": (),
+        "B": (12, N),
+        "Kg_p": (N, 12, N),
+        "P_rest": (N, 9, N),
+        "gyro": (N, 3, N),
+        "M_rest": (N, N),
+    }
+    integrals = Integrals(**{name: np.zeros((kinds, *shape)) for name, shape in shapes.items()})
+    c = np.zeros((kinds, *(3 * (N * with_T,))))
+    of_interfaces = {"Phi": (6, N), "Kg_FT": (N, 6, N), "arm": (3,)}
+    nodes = {name: np.zeros((interfaces, *shape)) for name, shape in of_interfaces.items()}
+    return Modal(integrals, np.zeros((kinds, N)), np.zeros((kinds, N)), c, **nodes)
+
+
+def _fill(record: Integrals | Modal, row: int | slice, values: dict[str, np.ndarray]) -> None:
+    """Write arrays of n modes to rows of the arrays of N modes of a record."""
+    for name, value in values.items():
+        array = getattr(record, name)
+        array[(row, *(slice(size) for size in np.shape(value)[-array.ndim + 1 :]))] = value
+
+
+def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[dict, dict, dict]:
+    """Return the fields of `Integrals`, of `Modal` by body and by interface of one body, its axes turned by Q."""
     n = body.n
     part = affine_part(body)
-    base, by_q = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.first, part.second))
-    rest = np.einsum("abij,ac,bd->jcdi", part.rest, Q, Q)
-    gyro = np.einsum("cab,jbai->jci", EPSILON, rest)
-    node = [
-        np.concatenate([Q.T @ x, Q.T @ y], axis=-2)
-        for x, y in (
-            (body.phi, body.psi),
-            (body.Kg_F.transpose(0, 3, 1, 2), body.Kg_T.transpose(0, 3, 1, 2)),
-        )
-    ]
-    return (
-        np.concatenate([(part.place.T @ Q).ravel(), (part.strain.T @ Q).ravel(), [part.root_mass]]),
-        _filled(base, N),
-        _filled(by_q.transpose(2, 0, 1), N),
-        _filled(rest.reshape(n, 9, n), N),
-        _filled(gyro, N),
-        part.mass,
-        np.stack([body.K, body.D]),
-        part.rest_second.swapaxes(0, 1),
-        _filled(node[0], N),
-        _filled(node[1], N),
-        strain_arms(body.interface_position, body.points) @ Q,
-    )
-
-
-def _filled(rows: np.ndarray, N: int) -> np.ndarray:
-    """Return rows (..., r, n) one after the other, filled up with zeros: (..., r N)."""
-    *outer, count, n = rows.shape
-    return np.concatenate([rows, np.zeros((*outer, count, N - n))], axis=-1).reshape(*outer, count * N)
+    B, Kg_p = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.first, part.second))
+    P_rest = np.einsum("abij,ac,bd->jcdi", part.rest, Q, Q)
+    Kg_F, Kg_T = (Q.T @ x.transpose(0, 3, 1, 2) for x in (body.Kg_F, body.Kg_T))
+    integrals = {
+        "p0": (part.place.T @ Q).ravel(),
+        "strain": (part.strain.T @ Q).ravel(),
+        "root_mass": part.root_mass,
+        "B": B,
+        "Kg_p": Kg_p.transpose(2, 0, 1),
+        "P_rest": P_rest.reshape(n, 9, n),
+        "gyro": np.einsum("cab,jbai->jci", EPSILON, P_rest),
+        "M_rest": part.mass,
+    }
+    constants = {"K": body.K, "D": body.D, "c": part.rest_second.swapaxes(0, 1)}
+    of_interfaces = {
+        "Phi": np.concatenate([Q.T @ body.phi, Q.T @ body.psi], axis=1),
+        "Kg_FT": np.concatenate([Kg_F, Kg_T], axis=2),
+        "arm": strain_arms(body.interface_position, body.points) @ Q,
+    }
+    return integrals, constants, of_interfaces

@@ -167,7 +167,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
 def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
     modal = packed.model.modal
     nu = packed.nu
-    N = 0 if modal is None else modal.diagonal.shape[2]
+    N = 0 if modal is None else modal.K.shape[1]
     m = len(arrays.rows)
     ne = len(arrays.ends)
     paths = row_paths(arrays, packed)

@@ -88,7 +88,7 @@ class Packed:
     @cached_property
     def softest(self) -> float:
         """1 / K of the softest mode, 0 without modes."""
-        stiffness = self.model.modal.diagonal[:, 0] if self.model.modal else np.zeros(0)
+        stiffness = self.model.modal.K if self.model.modal else np.zeros(0)
         return 1 / stiffness[stiffness > 0].min() if np.any(stiffness > 0) else 0.0
 
     @cached_property
@@ -105,7 +105,9 @@ class Packed:
         found = np.zeros((2, self.nu))
         kinds = self.model.links["kind"]
         for i, _, own in self.flexible:
-            found[:, own] = self.model.modal.diagonal[kinds[i], :, : own.stop - own.start]
+            n = own.stop - own.start
+            found[0, own] = self.model.modal.K[kinds[i], :n]
+            found[1, own] = self.model.modal.D[kinds[i], :n]
         return found
 
     @cached_property

@@ -6,13 +6,13 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, Fill
+from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, LEVEL, Fill
 from modalprep.multibody.model.depletion import Depletion
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.bodies import rigid_constants
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import rows
+from modalprep.multibody.packing.tree import blank, rows
 
 ROUNDED = 1e-9  # of the heaviest level: a mass beyond it is meant
 
@@ -35,21 +35,31 @@ def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -
     >>> fuel = Depletion(name="fuel", body="arm", levels=(with_density_factor(full, 0.5),), mass="12 - t")
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": full}, joints=(hinge,), depletions=(fuel,))
-    >>> pack_fill(arm, pack(arm), [0], 1.0).mass.round(9)
+    >>> pack_fill(arm, pack(arm), [0], 1.0).levels["mass"].round(9)
     array([ 6., 12.])
     """
-    found, mass, integrals = [], [], []
+    depletions = []
+    levels: list[tuple] = []
     for depletion, number in zip(system.depletions, tables, strict=True):
-        levels = depletion.by_mass(system.bodies[depletion.body])
+        bodies = depletion.by_mass(system.bodies[depletion.body])
         link = packed.link_of(depletion.body)
-        _refuse_outside(depletion, levels, t_end)
-        own = [_integrals(level, packed.align(link)) for level in levels]
-        found.append((link, number, len(mass), len(levels), len(own[0])))
-        mass += [level.m for level in levels]
-        integrals += own
-    largest = max(map(len, integrals), default=0)
-    padded = np.array([np.pad(row, (0, largest - len(row))) for row in integrals]).reshape(len(integrals), largest)
-    return Fill(rows(DEPLETION, found), np.array(mass, dtype=float), padded, np.zeros(largest))
+        _refuse_outside(depletion, bodies, t_end)
+        depletions.append((link, number, len(levels), len(bodies)))
+        levels += [(body, packed.align(link)) for body in bodies]
+    N = max((body.n for body, _ in levels), default=0)
+    fill = empty_fill(len(levels), N)._replace(rows=rows(DEPLETION, depletions))
+    for k, (body, align) in enumerate(levels):
+        fill.levels[k] = tuple(x[0] for x in rigid_constants([body], align[None]))
+        for name, value in _integrals(body, align).items():
+            getattr(fill, name)[(k, *map(slice, value.shape))] = value
+    return fill
+
+
+def empty_fill(levels: int = 0, N: int = 0) -> Fill:
+    """Return arrays of zeros for a number of levels of at most N modes, without depletions."""
+    shapes = {"S": (3, N), "H": (3, 3, N), "Kg_A": (N, 3, N), "Kg_W": (N, 3, 3, N), "P": (N, 3, 3, N), "M": (N, N)}
+    integrals = {name: np.zeros((levels, *shape)) for name, shape in shapes.items()}
+    return Fill(rows(DEPLETION, ()), blank(LEVEL, levels), **integrals)
 
 
 def _refuse_outside(depletion: Depletion, levels: list[FlexibleBody], t_end: float) -> None:
@@ -64,12 +74,15 @@ def _refuse_outside(depletion: Depletion, levels: list[FlexibleBody], t_end: flo
             )
 
 
-def _integrals(body: FlexibleBody, Q: np.ndarray) -> np.ndarray:
-    """Return one level as `Fill` stores it, turned by Q."""
-    turn = np.eye(4)
-    turn[1:, 1:] = Q
-    total = np.concatenate([body.S[:, None], body.H], axis=1), np.concatenate([body.Kg_A[:, None], body.Kg_W], axis=1)
-    first, second = (np.einsum("as...,ac,sr->...rc", x, Q, turn) for x in total)
-    tensor = np.einsum("abij,ac,bd->jicd", body.P, Q, Q)
-    parts = (*rigid_constants([body], Q[None]), first, second.swapaxes(0, 1), tensor, body.modal_mass)
-    return np.concatenate([part.ravel() for part in parts])
+def _integrals(body: FlexibleBody, Q: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the modal integrals of one level as `Fill` stores them, turned by Q."""
+    vector = lambda x: np.einsum("a...,ac->c...", x, Q)  # noqa: E731
+    matrix = lambda x: np.einsum("ab...,ac,bd->cd...", x, Q, Q)  # noqa: E731
+    return {
+        "S": vector(body.S),
+        "H": matrix(body.H),
+        "Kg_A": np.moveaxis(vector(body.Kg_A), 2, 0),
+        "Kg_W": np.moveaxis(matrix(body.Kg_W), 3, 0),
+        "P": np.moveaxis(matrix(body.P), 3, 0),
+        "M": body.modal_mass,
+    }

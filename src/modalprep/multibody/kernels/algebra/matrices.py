@@ -44,6 +44,22 @@ def less_product(H, g, a, b):
 
 
 @compile_inline
+def plus_product(H, a, b):
+    """Return ``H + a b^T``."""
+    return (
+        H[0] + a[0] * b[0],
+        H[1] + a[0] * b[1],
+        H[2] + a[0] * b[2],
+        H[3] + a[1] * b[0],
+        H[4] + a[1] * b[1],
+        H[5] + a[1] * b[2],
+        H[6] + a[2] * b[0],
+        H[7] + a[2] * b[1],
+        H[8] + a[2] * b[2],
+    )
+
+
+@compile_inline
 def times(R, v):
     """Return ``R v``."""
     return (

@@ -183,25 +183,6 @@ def take6(a, i):
 
 
 @compile_inline
-def take12(a, i):
-    """Twelve numbers ``a[i:i + 12]``."""
-    return (
-        a[i],
-        a[i + 1],
-        a[i + 2],
-        a[i + 3],
-        a[i + 4],
-        a[i + 5],
-        a[i + 6],
-        a[i + 7],
-        a[i + 8],
-        a[i + 9],
-        a[i + 10],
-        a[i + 11],
-    )
-
-
-@compile_inline
 def axpy6(a, f, b):
     """Return ``a + f b``."""
     return (

@@ -14,10 +14,7 @@ import numpy as np
 from modalprep.body.mass import FLAT
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.tuples import (
-    put3,
-    put6,
-)
+from modalprep.multibody.kernels.algebra.tuples import axpy3, get3, sub3
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.loads.gravity import near_planet, planet_load
 from modalprep.multibody.kernels.modal_inertia import own_inertia
@@ -29,25 +26,24 @@ DEPLETION = np.dtype(
         ("table", np.int64),  # function of time of the mass
         ("first_level", np.int64),
         ("levels", np.int64),
-        ("numbers", np.int64),  # numbers of a level
     ]
 )
-RIGID = 10  # m, s0 (3), J (6): the first numbers of a level
+LEVEL = np.dtype([("mass", np.float64), ("first_moment", np.float64, 3), ("inertia", np.float64, 6)])
 CHANGE = 1e-3  # of the mass, for the energy that leaves with it: energies are linear in it but for fourth orders of q
 
 
 @by_address
 class Fill(NamedTuple):
-    """Packed depletions: the mass integrals of each fill level, in the axes of the body's link, modes i, j.
-
-    A level is m, s0 (3), J (6), then ``int rho (1, x, y, z) phi_i`` (n, 4, 3), ``Kg_A, Kg_W`` (n, n, 4, 3) with j
-    first, ``int rho phi_ja phi_ib`` (n, n, 3, 3), the modal mass (n, n).
-    """
+    """Packed depletions: the mass integrals of each fill level, in the axes of the body's link, at most N modes."""
 
     rows: np.ndarray  # (nd,) DEPLETION
-    mass: np.ndarray  # (levels,) kg, of each body the lightest first
-    levels: np.ndarray  # (levels, largest size)
-    now: np.ndarray  # (largest size,) scratch
+    levels: np.ndarray  # (levels,) LEVEL, of each body the lightest first
+    S: np.ndarray  # (levels, 3, N)
+    H: np.ndarray  # (levels, 3, 3, N)
+    Kg_A: np.ndarray  # (levels, N, 3, N)
+    Kg_W: np.ndarray  # (levels, N, 3, 3, N)
+    P: np.ndarray  # (levels, N, 3, 3, N) P_ab of modes i and j, j first
+    M: np.ndarray  # (levels, N, N) modal mass
 
 
 @compile_kernel
@@ -62,77 +58,98 @@ def refresh(fill, tables: Tables, model, data, t):
 def set_mass(fill, model, data, i, m, change):
     """Write the constants of depletion i at mass ``m + change`` on the line between the levels about m."""
     body = fill.rows[i]
-    link = body.link
-    row = body.first_level
+    level = body.first_level
     last = body.first_level + body.levels - 1
-    while row < last - 1 and m > fill.mass[row + 1]:
-        row += 1
-    share = (m + change - fill.mass[row]) / (fill.mass[row + 1] - fill.mass[row])
-    for c in range(body.numbers):
-        fill.now[c] = fill.levels[row, c] + share * (fill.levels[row + 1, c] - fill.levels[row, c])
-    own = data.links[link]
-    now = fill.now
-    own.mass = now[0]
-    put3(own.first_moment, (now[1], now[2], now[3]))
-    put6(own.inertia, (now[4], now[5], now[6], now[7], now[8], now[9]))
-    _set_modes(data.modal, model, link, now)
-
-
-@compile_kernel
-def _set_modes(modal, model, link, now):
-    """Write the affine part of a link's body and the rest: body/mass.py, `affine_part`; `modal` may be None."""
-    if modal is None:
-        return
-    if model.links[link].slot < 0:
-        return
-    k, n = model.links[link].kind, model.links[link].modes
-    root = np.sqrt(now[0])
-    c = (now[1] / now[0], now[2] / now[0], now[3] / now[0])
-    L = _extent(now, c)
-    place = modal.integrals.place[k]
-    size = 0.0
-    for a in range(3):
-        place[a] = root * c[a]
-        place[12 + a] = 0.0
-    for r in range(3):
-        for a in range(3):
-            f = L[3 * a + r]
-            place[3 + 3 * r + a], place[15 + 3 * r + a] = f, f
-            size += f * f
-    for r in range(9):
-        place[15 + r] /= max(size, 1e-300)
-    place[24] = root
-    first = RIGID
-    second = RIGID + 12 * n
-    tensor = RIGID + 12 * n + 12 * n * n
-    base, N = modal.integrals.base[k], modal.q.shape[1]
-    for i in range(n):
-        _coordinates(now, first + 12 * i, L, c, root, base, i, N)
-        for j in range(n):
-            _coordinates(now, second + 12 * (n * j + i), L, c, root, modal.integrals.by_q[k, j], i, N)
-    unit = tensor + 9 * n * n
-    for j in range(n):
-        rest, gyro = modal.integrals.rest[k, j], modal.integrals.gyro[k, j]
-        for i in range(n):
-            own = 0.0
-            for a in range(3):
-                for b in range(3):
-                    f = 0.0
-                    for r in range(4):
-                        f += base[(3 * r + a) * N + i] * base[(3 * r + b) * N + j]
-                    rest[(3 * a + b) * N + i] = now[tensor + 9 * (n * j + i) + 3 * a + b] - f
-                    own += f if a == b else 0.0
-            gyro[i] = rest[7 * N + i] - rest[5 * N + i]
-            gyro[N + i] = rest[2 * N + i] - rest[6 * N + i]
-            gyro[2 * N + i] = rest[3 * N + i] - rest[N + i]
-            modal.integrals.mass[k, j, i] = now[unit + n * j + i] - own
+    while level < last - 1 and m > fill.levels[level + 1].mass:
+        level += 1
+    low = fill.levels[level]
+    high = fill.levels[level + 1]
+    share = (m + change - low.mass) / (high.mass - low.mass)
+    own = data.links[body.link]
+    own.mass = _between(low.mass, high.mass, share)
+    for c in range(3):
+        own.first_moment[c] = _between(low.first_moment[c], high.first_moment[c], share)
+    for c in range(6):
+        own.inertia[c] = _between(low.inertia[c], high.inertia[c], share)
+    if data.modal is not None:
+        if model.links[body.link].slot >= 0:
+            _set_modes(data.modal, model.links[body.link], own, fill, level, share)
 
 
 @compile_inline
-def _extent(now, c):
+def _between(low, high, share):
+    """Return the number on the line between two."""
+    return low + share * (high - low)
+
+
+@compile_inline
+def _between3(low, high, share):
+    """Return three numbers on the line between two vectors."""
+    return axpy3(get3(low), share, sub3(get3(high), get3(low)))
+
+
+@compile_kernel
+def _set_modes(modal, link, own, fill, level, share):
+    """Write the affine part of a link's body and the rest between two levels: body/mass.py, `affine_part`."""
+    k = link.kind
+    n = link.modes
+    root = np.sqrt(own.mass)
+    c = (own.first_moment[0] / own.mass, own.first_moment[1] / own.mass, own.first_moment[2] / own.mass)
+    L = _extent(own.mass, own.inertia, c)
+    modal.integrals.root_mass[k] = root
+    _place(modal.integrals.p0[k], modal.integrals.strain[k], root, c, L)
+    B = modal.integrals.B[k]
+    above = level + 1
+    for i in range(n):
+        for a in range(3):
+            total = _between(fill.S[level, a, i], fill.S[above, a, i], share)
+            by_x = _between3(fill.H[level, a, :, i], fill.H[above, a, :, i], share)
+            _put_coordinates(total, by_x, L, c, root, B[:, i], a)
+            for j in range(n):
+                total = _between(fill.Kg_A[level, j, a, i], fill.Kg_A[above, j, a, i], share)
+                by_x = _between3(fill.Kg_W[level, j, a, :, i], fill.Kg_W[above, j, a, :, i], share)
+                _put_coordinates(total, by_x, L, c, root, modal.integrals.Kg_p[k, j, :, i], a)
+    for j in range(n):
+        for i in range(n):
+            _set_rest(modal.integrals, k, j, i, fill, level, share)
+
+
+@compile_inline
+def _place(p0, strain, root, c, L):
+    """Write ``p_r(0)`` and ``p(0) / p(0).p(0)`` of a body of mass centre c and extent L."""
+    size = 0.0
+    for r in range(9):
+        size += L[r] * L[r]
+    for a in range(3):
+        p0[a] = root * c[a]
+        strain[a] = 0.0
+        for r in range(3):
+            p0[3 + 3 * r + a] = L[3 * a + r]
+            strain[3 + 3 * r + a] = L[3 * a + r] / max(size, 1e-300)
+
+
+@compile_inline
+def _set_rest(integrals, k, j, i, fill, level, share):
+    """Write ``P' = P - B_r B_r^T`` of modes i and j, ``eps_cab P'_ba`` and ``M' = M - B^T B``."""
+    B = integrals.B[k]
+    P = integrals.P_rest[k, j]
+    affine = 0.0
+    for a in range(3):
+        for b in range(3):
+            f = 0.0
+            for r in range(0, 12, 3):
+                f += B[r + a, i] * B[r + b, j]
+            P[3 * a + b, i] = _between(fill.P[level, j, a, b, i], fill.P[level + 1, j, a, b, i], share) - f
+            affine += f if a == b else 0.0
+    integrals.gyro[k, j, 0, i] = P[7, i] - P[5, i]
+    integrals.gyro[k, j, 1, i] = P[2, i] - P[6, i]
+    integrals.gyro[k, j, 2, i] = P[3, i] - P[1, i]
+    integrals.M_rest[k, j, i] = _between(fill.M[level, j, i], fill.M[level + 1, j, i], share) - affine
+
+
+@compile_inline
+def _extent(m, J, c):
     """Lower Cholesky factor (9, by rows) of ``int rho (x - c) (x - c)'``; without extent a column is zero."""
-    m = now[0]
-    J = (now[4], now[5], now[6], now[7], now[8], now[9])
     half = 0.5 * (J[0] + J[3] + J[5])
     xx = half - J[0] - m * c[0] * c[0]
     yy = half - J[3] - m * c[1] * c[1]
@@ -156,20 +173,16 @@ def _extent(now, c):
 
 
 @compile_inline
-def _coordinates(now, at, L, c, root, out, i, N):
-    """Write the affine coordinates (4, 3) of the field of mode i by its moments ``int rho (1, x, y, z) u`` (4, 3)."""
-    for a in range(3):
-        total = now[at + a]
-        x = now[at + 3 + a] - c[0] * total
-        y = now[at + 6 + a] - c[1] * total
-        z = now[at + 9 + a] - c[2] * total
-        x = x / L[0] if L[0] > 0.0 else 0.0
-        y = (y - L[3] * x) / L[4] if L[4] > 0.0 else 0.0
-        z = (z - L[6] * x - L[7] * y) / L[8] if L[8] > 0.0 else 0.0
-        out[a * N + i] = total / root
-        out[(3 + a) * N + i] = x
-        out[(6 + a) * N + i] = y
-        out[(9 + a) * N + i] = z
+def _put_coordinates(total, by_x, L, c, root, out, a):
+    """Write component a of the four affine coordinates of a field by ``int rho u_a`` and ``int rho x_b u_a``."""
+    x, y, z = axpy3(by_x, -total, c)
+    x = x / L[0] if L[0] > 0.0 else 0.0
+    y = (y - L[3] * x) / L[4] if L[4] > 0.0 else 0.0
+    z = (z - L[6] * x - L[7] * y) / L[8] if L[8] > 0.0 else 0.0
+    out[a] = total / root
+    out[3 + a] = x
+    out[6 + a] = y
+    out[9 + a] = z
 
 
 @compile_kernel
