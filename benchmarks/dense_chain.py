@@ -28,8 +28,8 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.articulated_body import outward
 from modalprep.multibody.kernels.modal import (
+    add_modal_forces,
     add_to_modes,
-    hand_to_modes,
 )
 from modalprep.multibody.kernels.newton_euler import required_forces
 
@@ -84,7 +84,7 @@ def _carry(model, data, i, force, row):
     while model.links[i].parent < len(model.links):
         p, turn = model.links[i].parent, get9(data.links[i].rotation)
         f, t = times(turn, f), times(turn, t)
-        hand_to_modes(data.modal, model, i, f, t, row)
+        add_modal_forces(data.modal, model, i, f, t, row)
         t = add3(t, cross(get3(data.links[i].arm), f))
         row[model.links[p].u] = t[2]
         i = p

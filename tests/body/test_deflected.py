@@ -138,8 +138,8 @@ def test_a_line_has_no_moments_across_it():
     line = np.diag([1.0, 0, 0])
     thin = body.with_(E0=line * body.E0, Kg_W=body.Kg_W * [[[[1.0]], [[0.0]], [[0.0]]]])
     part = affine_part(thin)
-    assert np.sum(np.abs(part.place).max(axis=0) > 0) == 2
-    np.testing.assert_allclose(part.place @ part.place.T, thin.E0, atol=1e-9)
+    assert np.sum(np.abs(part.p0).max(axis=0) > 0) == 2
+    np.testing.assert_allclose(part.p0 @ part.p0.T, thin.E0, atol=1e-9)
     assert np.all(np.isfinite(mass_matrix(thin, np.ones(3))))
 
 

@@ -55,38 +55,38 @@ FLAT = 1e-12  # of the moments about the origin: a smaller one about the centre 
 
 
 class AffinePart(NamedTuple):
-    """Motion of a modal body split into its affine part and the rest; axes a first, then the function r.
+    """Motion of a modal body split into its affine part and the rest, theory (4.4) to (4.9); axes a first, function r.
 
     The function of a direction without extent is zero.
 
     Attributes
     ----------
-    place : (3, 4)
+    p0 : (3, 4)
         ``p_r(0)``, m sqrt(kg); its first column is the centre of mass times sqrt(m).
-    first : (3, 4, n)
-        B.
-    second : (3, 4, n, n)
-        D.
-    rest : (3, 3, n, n)
+    B : (3, 4, n)
+        ``B_r``, S and H in the affine functions.
+    Kg_p : (3, 4, n, n)
+        ``D_r``, Kg_A and Kg_W in the affine functions.
+    P_rest : (3, 3, n, n)
         ``P'``.
-    mass : (n, n)
-        ``M - B^T B``, M the modal mass, the identity except for depleting bodies.
+    M_rest : (n, n)
+        ``M' = M - B^T B``, M the modal mass, the identity except for depleting bodies.
     strain : (3, 4)
         ``p(0) / p(0).p(0)`` without its first column.
     root_mass : float
         sqrt(m).
-    rest_second : (n, n, n)
-        c of the second order of the rest; (0, 0, 0) in a body without T.
+    c : (n, n, n)
+        ``c_ljk`` of the second order of the rest; (0, 0, 0) in a body without T.
     """
 
-    place: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
-    rest: np.ndarray
-    mass: np.ndarray
+    p0: np.ndarray
+    B: np.ndarray
+    Kg_p: np.ndarray
+    P_rest: np.ndarray
+    M_rest: np.ndarray
     strain: np.ndarray
     root_mass: float
-    rest_second: np.ndarray
+    c: np.ndarray
 
 
 class Deflected(NamedTuple):
@@ -133,7 +133,7 @@ def affine_part(body: FlexibleBody) -> AffinePart:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> part = affine_part(uniform_beam(modes=1))
-    >>> (part.place @ part.place.T).diagonal().round(3)  # E0
+    >>> (part.p0 @ part.p0.T).diagonal().round(3)  # E0
     array([4.0e+02, 6.0e-03, 2.4e-02])
     """
     root = np.sqrt(body.m)
@@ -177,9 +177,9 @@ def rest_coordinates(part: AffinePart, q: np.ndarray) -> tuple[np.ndarray, np.nd
     >>> eta, slope.diagonal()  # without T
     (array([1., 2.]), array([1., 1.]))
     """
-    if not part.rest_second.size:
+    if not part.c.size:
         return q, np.eye(len(q))
-    bent = part.rest_second @ q
+    bent = part.c @ q
     return q + bent @ q / 2, np.eye(len(q)) + bent
 
 
@@ -193,7 +193,7 @@ def mean_strain(part: AffinePart, q: np.ndarray) -> tuple[float, np.ndarray]:
     >>> bool(tau < 0), bool(np.isclose(slope[0], 2 * tau))  # the bent beam is shorter
     (True, True)
     """
-    slopes = np.einsum("ar,arij,j->i", part.strain, part.second, q)
+    slopes = np.einsum("ar,arij,j->i", part.strain, part.Kg_p, q)
     return slopes @ q / 2, slopes
 
 
@@ -208,16 +208,16 @@ def deflected(part: AffinePart, q: np.ndarray) -> Deflected:
     True
     """
     eta, d_eta = rest_coordinates(part, q)
-    bent, rest, aside = part.second @ q, part.rest @ eta, part.first @ q
+    bent, rest, aside = part.Kg_p @ q, part.P_rest @ eta, part.B @ q
     t = 0.5 * bent @ q
     tau, strains = mean_strain(part, q)
     g, g_slope, _ = shortening(tau)
     h, h_slope, _ = swing(tau)
-    p = part.place + h * aside + g * t
-    dp = h * part.first + g * bent + np.multiply.outer(h_slope * aside + g_slope * t, strains)
+    p = part.p0 + h * aside + g * t
+    dp = h * part.B + g * bent + np.multiply.outer(h_slope * aside + g_slope * t, strains)
     E = p @ p.T + rest @ eta
     L = np.einsum("arn,br->abn", dp, p) + rest @ d_eta
-    M_ff = d_eta.T @ part.mass @ d_eta + np.einsum("ari,arj->ij", dp, dp)
+    M_ff = d_eta.T @ part.M_rest @ d_eta + np.einsum("ari,arj->ij", dp, dp)
     return Deflected(p, dp, part.root_mass * p[:, 0], E, part.root_mass * dp[:, 0], L, M_ff, eta, d_eta)
 
 
@@ -232,11 +232,11 @@ def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray
     >>> bool(np.allclose(partial_rates(part, q, qd), change / 2e-6))
     True
     """
-    bent, turning = part.second @ q, part.second @ qd
+    bent, turning = part.Kg_p @ q, part.Kg_p @ qd
     t = 0.5 * bent @ q
     rate = bent @ qd
-    aside = part.first @ q
-    drift = part.first @ qd
+    aside = part.B @ q
+    drift = part.B @ qd
     (tau, strains), (_, strain_rates) = mean_strain(part, q), mean_strain(part, qd)
     speed = strains @ qd
     g, g_slope, g_curve = shortening(tau)
@@ -245,7 +245,7 @@ def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray
     curve = speed * (h_curve * aside + g_curve * t)
     change = np.multiply.outer(along, strain_rates) + np.multiply.outer(curve, strains)
     change += np.multiply.outer(h_slope * drift + g_slope * rate, strains)
-    return change + g * turning + speed * (g_slope * bent + h_slope * part.first)
+    return change + g * turning + speed * (g_slope * bent + h_slope * part.B)
 
 
 def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
@@ -264,12 +264,12 @@ def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     """
     part = affine_part(body)
     n = len(body.points)
-    size = np.sum(part.place[:, 1:] ** 2, axis=0)
+    size = np.sum(part.p0[:, 1:] ** 2, axis=0)
     arm = body.points - body.s0 / body.m
-    linear = np.divide(arm @ part.place[:, 1:], size, out=np.zeros((n, 3)), where=size > 0)
+    linear = np.divide(arm @ part.p0[:, 1:], size, out=np.zeros((n, 3)), where=size > 0)
     functions = np.column_stack([np.full(n, 1 / part.root_mass), linear])
-    across = body.points - functions @ part.place.T  # of a flat body
-    rest = body.shape - np.einsum("pr,arn->pan", functions, part.first)
+    across = body.points - functions @ part.p0.T  # of a flat body
+    rest = body.shape - np.einsum("pr,arn->pan", functions, part.B)
     found = ((deflected(part, each), swing(mean_strain(part, each)[0])[0]) for each in q)
     return np.array([across + functions @ at.p.T + h * rest @ at.eta for at, h in found]).reshape(-1, n, 3)
 

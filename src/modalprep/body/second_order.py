@@ -109,7 +109,7 @@ def mass_share(body: FlexibleBody, T: np.ndarray) -> float:
     m = len(T)
     load = np.concatenate([body.S, body.H.reshape(9, body.n)]).T
     q0 = np.divide(-load, body.K[:, None], out=np.zeros_like(load), where=body.K[:, None] > 0)
-    rest = T - np.einsum("ari,arjk->ijk", part.first[..., :m], part.second)
+    rest = T - np.einsum("ari,arjk->ijk", part.B[..., :m], part.Kg_p)
     shift = np.abs(2 * body.K[:m] * np.einsum("jk,iji->ki", q0, rest[:, :, :m]))
     Kg = np.concatenate([body.Kg_A, body.Kg_W.reshape(9, body.n, body.n)])
     own = np.abs(np.einsum("kii->ki", Kg[:, :m, :m]))

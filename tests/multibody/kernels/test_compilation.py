@@ -29,13 +29,14 @@ TESTS = Path(__file__).parents[2]
 
 def test_plain_python_gives_the_same_and_stays_in_bounds():
     code = (
-        "from multibody.kernels import test_constraints as loops, test_lanes as lanes\n"
+        "from multibody.kernels import test_constraints as loops\n"
         "from multibody.kernels.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
+        "from compiler import test_lanes as lanes\n"
         "from modalprep.multibody.kernels import articulated_body as kernel\n"
         "assert not hasattr(kernel.accelerations, 'signatures')\n"
         "for seed in range(10): test(seed, 6)\n"
         "for seed in range(10): loops.test_loops_equal_the_dense_solution_on_random_trees(seed)\n"
-        "for name in ('operators_take_lanes_and_numbers', 'sums_and_transposes'): getattr(lanes, 'test_' + name)()\n"
+        "for name in ('operators_take_lanes_and_numbers', 'sums_and_numbers'): getattr(lanes, 'test_' + name)()\n"
     )
     paths = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
@@ -108,7 +109,7 @@ import numpy as np
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import bound, compile_inline, compile_kernel
 from modalprep.compiler.switch import FAST
-from modalprep.multibody.kernels.algebra.lanes import add_lanes, four
+from modalprep.compiler.lanes import add_lanes, four
 
 @by_address
 class Line(NamedTuple):

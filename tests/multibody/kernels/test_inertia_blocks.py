@@ -5,6 +5,7 @@ import pytest
 
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.inertia_blocks import (
+    all_blocks,
     blocks,
     blocks_times,
     column_parts,
@@ -13,7 +14,6 @@ from modalprep.multibody.kernels.algebra.inertia_blocks import (
     rotated,
     second_column,
     shifted,
-    whole,
 )
 from modalprep.multibody.kernels.algebra.tuples import get3, get6, get9, put6, put9
 
@@ -74,7 +74,7 @@ def test_another_origin(inertia):
 @compile_kernel
 def _without_column(M, H, J, g, out):
     B = blocks(get6(M), get9(H), get6(J))
-    nine = whole(B)
+    nine = all_blocks(B)
     v = second_column(nine[2]), second_column(nine[5]), second_column(nine[8])
     _write(less_outer_blocks(B, g, v), out)
     f, t = column_parts(v)

@@ -157,7 +157,7 @@ def _with_mass_tensor(body: FlexibleBody) -> FlexibleBody:
     field = body.Kg_W
     if not np.any(field):
         return body
-    P = nearest_mass_tensor(field, affine_part(body).first, body.modal_mass)
+    P = nearest_mass_tensor(field, affine_part(body).B, body.modal_mass)
     Kg = even(field - P)
     none = np.abs(Kg).max() <= ROUND_OFF * np.abs(field).max()
     return body.with_(P=P, Kg_W=np.zeros_like(Kg) if none else Kg)

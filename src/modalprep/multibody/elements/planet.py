@@ -6,8 +6,8 @@ import numpy as np
 
 from modalprep.body.mass import affine_part, deflected
 from modalprep.compiler.jit import compile_inline, compile_kernel
+from modalprep.compiler.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, plus
-from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import dot3
 from modalprep.multibody.kernels.data import EPSILON, GROWS

@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluate import Equations, build_equations, load, respond
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.kernels.modal import push_modes
+from modalprep.multibody.kernels.modal import add_modal_loads
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
@@ -43,7 +43,7 @@ def update(call):
     load(eq, t, call.y)
     for u in range(len(eq.tau)):
         eq.tau[u] += call.tau[u]
-    push_modes(eq.data.modal, eq.model, call.tau)
+    add_modal_loads(eq.data.modal, eq.model, call.tau)
     if respond(eq, t, call.y, call.ydot) >= 0 or not 0.0 <= t <= call.t_end:
         call.ydot[:] = np.nan
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.compiler.by_address import Pattern, by_address, layout
+from modalprep.compiler.callbacks import call_address
 from modalprep.compiler.jit import compile_inline, compile_kernel, compile_once
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
@@ -32,7 +33,6 @@ from modalprep.multibody.kernels.articulated_body import (
     outward,
     outward_in_world,
 )
-from modalprep.multibody.kernels.callbacks import call_address
 from modalprep.multibody.kernels.closed_loops.compliance import aim, follow, implicit_accelerations, restrain
 from modalprep.multibody.kernels.closed_loops.constraints import (
     Constraints,
@@ -51,9 +51,9 @@ from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
-from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
+from modalprep.multibody.kernels.loads.deployment import Reels, add_deployment_forces, set_deployed_masses
 from modalprep.multibody.kernels.loads.variable_mass import refresh
-from modalprep.multibody.kernels.modal import push_modes
+from modalprep.multibody.kernels.modal import add_modal_loads
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import blank
@@ -157,7 +157,7 @@ def load(eq, t, y):
     model, data = eq.model, eq.data
     prescribe(eq.loads, t, eq.motion)
     refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
-    pay_out(eq.reels, model, data, y, eq.motion)
+    set_deployed_masses(eq.reels, model, data, y, eq.motion)
     if eq.flags[0].loaded or any_rows(eq.cons):
         outward_in_world(model, data, y, eq.motion)
     else:
@@ -166,7 +166,7 @@ def load(eq, t, y):
     if eq.flags[0].loaded:
         energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
         eq.shared[0].power, eq.shared[0].stored, eq.shared[0].potential = energies
-    reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
+    reeled, bent = add_deployment_forces(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
     eq.shared[0].power += reeled
     eq.shared[0].stored += bent
     if eq.flags[0].callback:
@@ -308,7 +308,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
         for u in range(model.links[i].u, model.links[i].uq):
             eq.hinge[u] = c1 * eq.linear[1, u] + c2 * eq.linear[0, u]
             eq.tau[u] += out[u]
-    push_modes(data.modal, model, out)
+    add_modal_loads(data.modal, model, out)
     status = inward_of_closed(eq.implicit, model, data, eq.implicit_work, eq.tau, eq.hinge, c1, c2)
     if status < 0:
         implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, eq.tau, out)
@@ -322,7 +322,7 @@ def smooth(eq, c1, c2, e, scratch):
     clear_wrenches(model, data)
     for u in range(len(tau)):
         tau[u] = -(c1 * eq.linear[1, u] + c2 * eq.linear[0, u]) * e[u]
-    push_modes(data.modal, model, tau)
+    add_modal_loads(data.modal, model, tau)
     inward_bias(model, data, tau)
     forward_bias(model, data, tau, scratch)
     tau[:] = 0.0

@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
+from modalprep.compiler.lanes import WIDTH
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection, responses
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, FACE, MOST_STEPS

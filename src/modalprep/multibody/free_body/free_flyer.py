@@ -259,12 +259,12 @@ class _Momentum:
         velocity = np.outer(v, [part.root_mass, 0, 0, 0]) + skew(w) @ at.p + at.dp @ qd  # of the affine part
         partial = np.einsum("ab,brn->arn", skew(w), at.dp) + partial_rates(part, q, qd)
         rate = np.einsum("ar,arn->n", velocity, partial)
-        spin = np.einsum("ab,abij->ij", skew(w), part.rest)
+        spin = np.einsum("ab,abij->ij", skew(w), part.P_rest)
         rates = at.d_eta @ qd
-        moved = spin.T @ rates - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.rest, at.eta)  # dT / d eta
+        moved = spin.T @ rates - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.P_rest, at.eta)  # dT / d eta
         rate += at.d_eta.T @ moved
-        if part.rest_second.size:
-            rate += (part.rest_second @ qd).T @ (part.mass @ rates + spin @ at.eta)  # of the rates of eta
+        if part.c.size:
+            rate += (part.c @ qd).T @ (part.M_rest @ rates + spin @ at.eta)  # of the rates of eta
         return rate
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.compiler.by_address import by_address
+from modalprep.compiler.callbacks import call_address
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.half_turns import follow_turns, write_turns
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate, evaluate_measured
@@ -25,7 +26,6 @@ from modalprep.multibody.integration.stepping import (
     set_weights,
 )
 from modalprep.multibody.kernels.algebra.tuples import copy
-from modalprep.multibody.kernels.callbacks import call_address
 from modalprep.multibody.kernels.closed_loops.multipliers import (
     begin_step,
     came_near,

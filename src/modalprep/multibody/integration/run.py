@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from modalprep.compiler.callbacks import Pointer
 from modalprep.compiler.jit import bound
 from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import GOOD, build_equations
@@ -26,7 +27,6 @@ from modalprep.multibody.integration.failure import diverged, failure, refuse_fi
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.integration.watching import CHUNK, new_watch
-from modalprep.multibody.kernels.callbacks import Pointer
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import part_of_links

@@ -1,8 +1,8 @@
-"""Order-n forward dynamics of a tree of rigid and flexible bodies: theory 4 and 5.
+"""Order-n forward dynamics of a tree of rigid and flexible bodies, by the articulated-body algorithm: theory 4 and 5.
 
 One evaluation: `outward`, [`world`, loads by `add_wrench`,] `inward`, `forward`, `kinematic`; `derivative` is all of
-them for a system without loads. Cost linear in the links. Nothing is allocated or raised: a pivot that is not
-positive is returned as its link's number, -1 otherwise. `reference/equations.py` is the reference implementation.
+them for a system without loads. The cost is linear in the number of links. Nothing is allocated or raised: functions
+return the link whose pivot is not positive, otherwise -1. `reference/equations.py` is the reference implementation.
 
 Arguments, the same in all functions (see data.py): `model` Model, `data` Data, ``y (nx + nu,)`` state,
 ``motion (nl, 3)`` position, rate and acceleration of prescribed joints, ``tau (nu,)`` joint forces (modal rows unused).
@@ -14,8 +14,8 @@ from __future__ import annotations
 from functools import partial
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
+from modalprep.compiler.lanes import get_lanes6, put_lanes6
 from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, rotated, shifted
-from modalprep.multibody.kernels.algebra.lanes import get_lanes6, put_lanes6
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     times,
@@ -60,7 +60,7 @@ from modalprep.multibody.kernels.modal import (
     eliminate_load,
     eliminate_modes,
     modal_accelerations,
-    take_loads,
+    set_bias_from_loads,
     write_accelerations,
 )
 from modalprep.multibody.kernels.modal_inertia import modal_coordinates, own_inertia
@@ -77,28 +77,29 @@ def outward(model, data, y, motion):
 
     External wrenches and modal loads become zero.
     """
-    _move(model, data, y, motion, True, False)
+    _outward(model, data, y, motion, True, False)
 
 
 @compile_kernel
 def outward_motion(model, data, y, motion):
     """Kinematics of every link as of `outward`, then `world`; inertias, biases and loads stay what they were."""
-    _move(model, data, y, motion, False, True)
+    _outward(model, data, y, motion, False, True)
 
 
 @compile_kernel
 def outward_in_world(model, data, y, motion):
     """Do as `outward`, then as `world`."""
-    _move(model, data, y, motion, True, True)
+    _outward(model, data, y, motion, True, True)
 
 
 @compile_inline
-def _move(model, data, y, motion, inertia, placed):
+def _outward(model, data, y, motion, inertia, placed):
+    """Do as `outward` with inertias if `inertia`, as `world` if `placed`."""
     for i in range(len(model.links)):
         if model.links[i].joint == REVOLUTE and model.links[i].phi < 0:
-            _move_hinged(model, data, i, y)
+            _revolute_kinematics(model, data, i, y)
         else:
-            _move_any(model, data, i, y, motion[i])
+            _link_kinematics(model, data, i, y, motion[i])
         modal_coordinates(data.modal, model, i, y)
         if inertia:
             put6(data.links[i].wrench, ZERO6)
@@ -108,8 +109,8 @@ def _move(model, data, y, motion, inertia, placed):
 
 
 @compile_inline
-def _move_hinged(model, data, i, y):
-    """Kinematics of link i with a revolute joint on a rigid body: the common case, without what vanishes in it."""
+def _revolute_kinematics(model, data, i, y):
+    """Kinematics of link i with a revolute joint on a rigid body: the common case, without the terms that vanish."""
     link, own = model.links[i], data.links[i]
     arm = get3(link.arm)
     wP = get3(data.links[at(link.parent)].omega)
@@ -125,12 +126,12 @@ def _move_hinged(model, data, i, y):
 
 
 @compile_inline
-def _move_any(model, data, i, y, prescribed):
-    """Kinematics of link i."""
+def _link_kinematics(model, data, i, y, prescribed):
+    """Position, velocity and bias acceleration of link i relative to its parent: theory (5.1), (5.2)."""
     link = model.links[i]
     own = data.links[i]
     wP = get3(data.links[model.links[i].parent].omega)
-    # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
+    # of the joint's frame on the parent; its acceleration is that where A and q'' of the parent are zero
     frame, arm, slide, t, linear, angular, shape, scale = parent_frame(data.modal, model, data, i)
     wF = add3(wP, t)
     turn, offset, rate, spin, extra = joint_motion(link, prescribed, model.nx, y, frame)
@@ -151,27 +152,27 @@ def _move_any(model, data, i, y, prescribed):
 
 
 @compile_kernel
-def inward(model, data, tau, more, c1, c2):
+def inward(model, data, tau, added, c1, c2):
     """Articulated inertias and bias forces, tips to root: theory (5.3), (5.4).
 
     Returns the link whose pivot is not positive, else -1.
 
     Parameters
     ----------
-    more : (nu,) or None
-        Added to the joints' inertias (an implicit integrator's damping and stiffness), modal rows unused.
+    added : (nu,) or None
+        Added to the diagonal of the joints' inertias: damping and stiffness in an implicit step. Modal rows unused.
     c1, c2 : float
         Modal rows get ``1 + c1 D + c2 K`` in place of 1; 0 for the accelerations.
     """
     for i in range(len(model.links) - 1, -1, -1):
-        if not inward_link(model, data, i, tau, more, c1, c2):
+        if not inward_link(model, data, i, tau, added, c1, c2):
             return i
     return -1
 
 
 @compile_inline
-def inward_link(model, data, i, tau, more, c1, c2):
-    """Do as `inward` with link i, after its children; False when its pivot is not positive."""
+def inward_link(model, data, i, tau, added, c1, c2):
+    """Articulated inertia and bias force of link i, after its children; False when a pivot is not positive."""
     if not eliminate_modes(data.modal, model, data, i, c1, c2):
         return False
     link = model.links[i]
@@ -179,12 +180,12 @@ def inward_link(model, data, i, tau, more, c1, c2):
     ground = len(model.links)
     B = blocks(get6(own.M), get9(own.H), get6(own.J))
     if link.last_child >= 0:
-        B = add6(B, get_lanes6(own.handed))
+        B = add6(B, get_lanes6(own.children))
         put_parts(own, B)
     P = sub6(get6(own.force), get6(own.wrench))
     put6(own.force, P)
     if link.joint == REVOLUTE or link.joint == SLIDING:
-        d = axis_inertia(link, B, more)
+        d = axis_inertia(link, B, added)
         if not d > 0.0:
             return False
         v = axis_column(link, own, 1.0 / d, B)
@@ -193,36 +194,36 @@ def inward_link(model, data, i, tau, more, c1, c2):
         B, f, t = through_axis(link, own, 1.0 / d, v, B, P, tau)
     else:
         M, H, J = parts(B)
-        if not factor_joint(link, own, M, H, J, more):
+        if not factor_joint(link, own, M, H, J, added):
             return False
         if link.parent == ground:
             return True
-        B, f, t = _through_several(link, own, M, H, J, P, tau, more)
-    _hand_on(model, data, i, B, f, t)
+        B, f, t = _through_several(link, own, M, H, J, P, tau, added)
+    _add_to_parent(model, data, i, B, f, t)
     return True
 
 
 @compile_inline
-def _through_several(link, own, M, H, J, P, tau, more):
-    """Do as `through_axis` with a joint of several axes, or of none."""
+def _through_several(link, own, M, H, J, P, tau, added):
+    """Return inertia and bias force as `through_axis` does, of a link with a joint of several axes or of none."""
     turn = get9(own.rotation)
-    M, H, J, P = through_joint(link, own, M, H, J, P, tau, more)
+    M, H, J, P = through_joint(link, own, M, H, J, P, tau, added)
     P = add6(P, inertia_times(M, H, J, get6(own.bias)))
     f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
     return rotated(turn, blocks(M, H, J)), f, t
 
 
 @compile_inline
-def _hand_on(model, data, i, B, f, t):
-    """Add inertia and bias force of link i, parent link's axes, to its parent."""
+def _add_to_parent(model, data, i, B, f, t):
+    """Add articulated inertia and bias force of link i, in the parent link's axes, to its parent's."""
     arm = get3(data.links[i].arm)
     parent = data.links[at(model.links[i].parent)]
     M, H, J = parts(B)
     add_to_modes(data.modal, model, i, M, H, J, (f[0], f[1], f[2], t[0], t[1], t[2]), arm)
     B = shifted(B, arm)
     if model.links[at(model.links[i].parent)].last_child != i:
-        B = add6(B, get_lanes6(parent.handed))
-    put_lanes6(parent.handed, B)
+        B = add6(B, get_lanes6(parent.children))
+    put_lanes6(parent.children, B)
     t = add3(t, cross(arm, f))
     put6(parent.force, add6(get6(parent.force), (f[0], f[1], f[2], t[0], t[1], t[2])))
 
@@ -234,17 +235,17 @@ def forward(model, data, tau, udot):
 
 
 @compile_inline
-def _accelerate(model, data, tau, udot, whole):
-    """`whole` = 1: biases and gravity count; 0: the response to the forces of `inward_bias` alone."""
+def _accelerate(model, data, tau, udot, biases):
+    """Accelerations, root to tips; `biases` = 1, or 0 of the response to the forces of `inward_bias` alone."""
     for i in range(len(model.links)):
         own = data.links[i]
-        linear, angular = parent_acceleration(data.modal, model, data, i, whole)
+        linear, angular = parent_acceleration(data.modal, model, data, i, biases)
         turn = get9(own.rotation)
         b = get6(own.bias)
-        v = axpy3(transposed_times(turn, linear), whole, (b[0], b[1], b[2]))
-        t = axpy3(transposed_times(turn, angular), whole, (b[3], b[4], b[5]))
+        v = axpy3(transposed_times(turn, linear), biases, (b[0], b[1], b[2]))
+        t = axpy3(transposed_times(turn, angular), biases, (b[3], b[4], b[5]))
         base = (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2])
-        v, t = joint_accelerations(model.links[i], own, base, v, t, tau, udot, whole)
+        v, t = joint_accelerations(model.links[i], own, base, v, t, tau, udot, biases)
         put3(own.acceleration, v)
         put_angular(own.acceleration, t)
         modal_accelerations(data.modal, model, data, i, udot)
@@ -262,14 +263,14 @@ def clear_wrenches(model, data):
 def inward_bias(model, data, tau):
     """Bias forces of external wrenches, modal loads and `tau` alone, with the inertias of the last `inward`.
 
-    Own biases and gravity are left out; `forward_bias` then gives the response of the accelerations: columns of the
-    inverse mass matrix in O(n) each. It overwrites the bias forces (b_f too), accelerations and q'' of the last
-    evaluation.
+    The bodies' own bias forces and gravity are left out; `forward_bias` then gives the response of the accelerations:
+    columns of the inverse mass matrix in O(n) each. Overwrites the bias forces (b_f too), accelerations and q'' of the
+    last evaluation.
     """
     ground = len(model.links)
     for i in range(ground):
         put6(data.links[i].force, sub6(ZERO6, get6(data.links[i].wrench)))
-        take_loads(data.modal, model, i)
+        set_bias_from_loads(data.modal, model, i)
     for i in range(ground - 1, -1, -1):
         eliminate_load(data.modal, model, data, i)
         link, own = model.links[i], data.links[i]
@@ -294,7 +295,7 @@ def forward_bias(model, data, tau, udot):
 
 @compile_kernel
 def spread(model, data, udot):
-    """Write to the data what accelerations ``udot (nu,)`` are to a system at rest, after `outward`."""
+    """Write the links' accelerations and q'' by ``udot (nu,)`` alone, without biases and gravity, after `outward`."""
     for i in range(len(model.links)):
         own = data.links[i]
         linear, angular = parent_acceleration(data.modal, model, data, i, 0.0)
@@ -320,7 +321,7 @@ def kinematic(model, y, ydot):
 def reactions(model, data, out):
     """Write the force and torque that each joint exerts on its link, ``out (nl, 6)``, link frame, after `forward`.
 
-    They act at the link's origin and hold the joint forces `tau`; along z, the actuator force or torque of a
+    They act at the link's origin and include the joint forces `tau`, or the drive's force or torque along z of a
     prescribed joint.
     """
     for i in range(len(model.links)):

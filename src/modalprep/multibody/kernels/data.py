@@ -1,4 +1,4 @@
-"""Model and data of the equations of motion: what is constant, and what an evaluation writes.
+"""Model and data of the equations of motion: constants, and the results of an evaluation.
 
 A packed system is a tree of links, parents first. A joint of several axes is a chain of joints of one axis with
 massless links between; the last link carries the body. A link's frame has the joint's axis as z; its body's constants
@@ -65,20 +65,20 @@ LINK_DATA = np.dtype(
         ("rotation", np.float64, 9),  # to the parent link's axes
         ("arm", np.float64, 3),  # from the parent link's origin, in its axes
         ("omega", np.float64, 3),  # angular velocity, inertial
-        ("bias", np.float64, 6),  # acceleration when that of the parent, u' and q'' are zero
+        ("bias", np.float64, 6),  # acceleration where that of the parent, u' and q'' are zero
         ("M", np.float64, 6),  # articulated inertia [[M, H], [H', J]]
         ("H", np.float64, 9),
         ("J", np.float64, 6),
-        ("handed", np.float64, 24),  # what children add to it, by axes (algebra/inertia_blocks.py)
+        ("children", np.float64, 24),  # sum of its children's articulated inertias, by axes (algebra/inertia_blocks.py)
         ("force", np.float64, 6),  # articulated bias force
         ("acceleration", np.float64, 6),  # of the origin, less gravity
-        ("pivot", np.float64, 21),  # what the joint's elimination leaves for the accelerations
+        ("pivot", np.float64, 21),  # factor of the joint's inertia, for the accelerations
         ("wrench", np.float64, 6),  # external, at the origin
         ("position", np.float64, 3),  # inertial, as the following
         ("orientation", np.float64, 9),  # link to inertial
         ("velocity", np.float64, 3),
         ("slide", np.float64, 3),  # velocity relative to the parent's material, parent's axes
-        ("mass", np.float64),  # of the body now: the model's, where nothing changes it
+        ("mass", np.float64),  # of the body at this time: the model's unless it changes
         ("first_moment", np.float64, 3),
         ("inertia", np.float64, 6),
     ]
@@ -118,7 +118,7 @@ class Modal(NamedTuple):
 
 @by_address
 class Model(NamedTuple):
-    """What is constant in a packed system."""
+    """Constants of a packed system."""
 
     links: np.ndarray  # (nl,) LINK
     interfaces: np.ndarray  # (interfaces, 3) m, on the undeformed bodies, in their links' frames
@@ -130,7 +130,7 @@ class Model(NamedTuple):
 
 @by_address
 class ModalData(NamedTuple):
-    """What an evaluation writes of the flexible bodies, in the notation of theory 4 and 5; N as in `Integrals`."""
+    """Results of an evaluation for the flexible bodies, in the notation of theory 4 and 5; N as in `Integrals`."""
 
     integrals: Integrals  # now: the model's own arrays, copies where a body loses mass
     q: np.ndarray  # (nf, N)
@@ -142,7 +142,7 @@ class ModalData(NamedTuple):
     b_f: np.ndarray  # (nf, N) modal bias force; L^-1 b_f after the elimination
     inverse: np.ndarray  # (nf, N) 1 / pivot
     Phi: np.ndarray  # (links on flexible parents + 1, 6, N) [Phi_k] at q; the last for passing use
-    # of one body at a time: the affine part (4.4) and its terms
+    # workspace of one body: the affine part (4.4) and its terms
     Bq: np.ndarray  # (12,) B q
     Bqd: np.ndarray  # (12,) B q'
     t: np.ndarray  # (12,) q D q / 2
@@ -155,7 +155,7 @@ class ModalData(NamedTuple):
     Kg_q: np.ndarray  # (12, N) D q
     Kg_qd: np.ndarray  # (12, N) D q'
     dp: np.ndarray  # (12, N) dp / dq
-    # of one body at a time: the rest of the motion (4.9)
+    # workspace of one body: the rest of the motion (4.9)
     eta: np.ndarray  # (N,)
     etad: np.ndarray  # (N,)
     P_eta: np.ndarray  # (12, N) nine rows P'_ab eta; the others stay zero
@@ -166,21 +166,21 @@ class ModalData(NamedTuple):
     eta_bias: np.ndarray  # (N,) c q' q', the acceleration of eta without q''
     eta_force: np.ndarray  # (N,) d eta^T M' c q' q'
     row: np.ndarray  # (N,) workspace
-    # of one interface at a time
+    # workspace of one interface
     I_Phi: np.ndarray  # (6, N) inertia that it carries times its Phi
     Kg_FT_qd: np.ndarray  # (6, N) Kg_F q', Kg_T q'
 
 
 @by_address
 class Data(NamedTuple):
-    """What an evaluation writes."""
+    """Results of an evaluation."""
 
     links: np.ndarray  # (nl + 1,) LINK_DATA, the last is the ground
     modal: ModalData | None
 
 
 def new_data(model: Model, *, depleting: bool = False) -> Data:
-    """Return the data of a model; `depleting`: bodies lose mass, so that their integrals are those of the moment.
+    """Return the data of a model; `depleting`: bodies lose mass, so that their integrals are the present ones.
 
     Examples
     --------

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
+    first_moment,
     inertia_times,
     times,
     transposed_times,
@@ -62,7 +63,7 @@ def body_sums(model, data, link):
     linear, angular, of_modes, about_modes = body_momenta(model, data, link, v, w)
     modal, strain = modal_energies(data.modal, model, link)
     kinetic = 0.5 * (dot3(v, add3(linear, of_modes)) + dot3(w, add3(angular, about_modes)) + modal)
-    first = times(base, (own.H[5], own.H[6], own.H[1]))
+    first = times(base, first_moment(own.H))
     linear, angular = times(base, linear), times(base, angular)
     gravity = -dot3(get3(model.gravity), axpy3(first, own.mass, p))
     return Sums(kinetic, strain, gravity, linear, add3(cross(p, linear), angular))

@@ -1,6 +1,6 @@
-"""Mass centre, momenta and inertia of the parts of a system that nothing holds, after `outward` and `world`.
+"""Mass centre, momenta and inertia of the free-floating parts of a system, after `outward` and `world`.
 
-A part is summed up about the origin of its first body, so that it loses no digits far from the inertial origin.
+Sums are about the origin of the first body of a part, so that no digits are lost far from the inertial origin.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
+    first_moment,
     inverse_symmetric,
     product,
     square,
@@ -35,8 +36,8 @@ from modalprep.multibody.kernels.data import FREE
 from modalprep.multibody.kernels.energy import body_momenta
 from modalprep.multibody.kernels.interfaces import seen_spin
 
-# The sums of a part in inertial axes. While they are made, `centre` is the first moment (kg m), and the last two count
-# about `origin`.
+# The sums of a part in inertial axes. Until they are complete, `centre` is the first moment (kg m), and the angular
+# momentum and inertia are about `origin`.
 PART = np.dtype(
     [
         ("mass", np.float64),  # kg
@@ -51,7 +52,7 @@ PART = np.dtype(
 
 @compile_kernel
 def sum_parts(model, data, part, sums):
-    """Write the sums of all parts, ``part (nl,)`` that of each link, -1 of those that are held."""
+    """Write the sums of all parts, ``part (nl,)`` that of each link, -1 of links tied to the ground."""
     for k in range(len(sums)):
         own = sums[k]
         own.mass = -1.0
@@ -82,7 +83,7 @@ def _add_body(model, data, i, own):
         put3(own.origin, get3(link.position))
     r = sub3(get3(link.position), get3(own.origin))
     m = link.mass
-    s = times(base, (link.H[5], link.H[6], link.H[1]))
+    s = times(base, first_moment(link.H))
     v = transposed_times(base, get3(link.velocity))
     linear, angular, _, _ = body_momenta(model, data, i, v, w)
     linear, angular = times(base, linear), times(base, angular)
@@ -113,8 +114,8 @@ def _of_pair(m, a, b):
 def move_part(model, data, part, k, own, centre, linear, angular, y):
     """Change a state ``y`` by a rigid motion of part k so that its mass centre and momenta change by the values given.
 
-    `own` is what `sum_parts` made of the same state. The motion is that of its free joints on the ground: nothing
-    within the part, closed loops included, sees it.
+    `own` are the sums of `sum_parts` in the same state. Only the free joints on the ground move: joints, modes and
+    closed loops within the part are unchanged.
     """
     nx = model.nx
     inverse = inverse_symmetric(get6(own.inertia))[0]

@@ -1,9 +1,9 @@
-"""Where links and interfaces are and how they move, and forces on them; after `articulated_body.outward`."""
+"""Positions and motion of links and interfaces, and forces on them; after `articulated_body.outward`."""
 
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import get_rows9, put_rows9
+from modalprep.compiler.lanes import get_rows9, put_rows9
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     product_transposed,
@@ -47,7 +47,7 @@ def seen_spin(data, i):
 
 @compile_kernel
 def carried(data, p, v):
-    """Specific acceleration of a point at p that the ground sees moving at a constant velocity v, inertial axes."""
+    """Specific acceleration of a point at p with a constant velocity v relative to the ground, inertial axes."""
     ground = data.links[at(len(data.links) - 1)]
     g = get3(ground.acceleration)
     n = ground.omega[2]
@@ -63,7 +63,7 @@ def world(model, data):
 
 @compile_inline
 def place_link(model, data, i):
-    """Do as `world` with link i, after its parent."""
+    """Position, orientation and velocity of link i, after its parent's."""
     p = at(model.links[at(i)].parent)
     own = data.links[at(i)]
     parent = data.links[p]
@@ -108,10 +108,10 @@ def seen_from_ground(model, data, link, r, turn, v, w):
 
 
 @compile_kernel
-def node_acceleration(model, data, link, node, whole):
+def node_acceleration(model, data, link, node, biases):
     """Acceleration of an interface (linear, angular, 3 numbers each, inertial axes), after `forward` and `world`.
 
-    whole = 1 after `forward`: specific acceleration (acceleration minus gravity); whole = 0 after `forward_bias`: the
+    biases = 1 after `forward`: specific acceleration (acceleration minus gravity); 0 after `forward_bias`: the
     response.
     """
     own = data.links[link]
@@ -120,16 +120,16 @@ def node_acceleration(model, data, link, node, whole):
     r, v, t, linear, turning = deflected_acceleration(
         data.modal, model, data, link, node, free_position(model, link, node)
     )
-    v = axpy3(add3(get3(own.acceleration), add3(cross(angular, r), v)), whole, linear)
-    return times(base, v), times(base, axpy3(add3(angular, t), whole, turning))
+    v = axpy3(add3(get3(own.acceleration), add3(cross(angular, r), v)), biases, linear)
+    return times(base, v), times(base, axpy3(add3(angular, t), biases, turning))
 
 
 @compile_kernel
 def add_wrench(model, data, link, node, force, torque):
     """Add a force (N) and a torque (N m), inertial axes, 3 numbers each, at an interface of a link's body.
 
-    On the ground (link -1) they do nothing. After `world`, before `inward` or `inward_bias`; a flexible body's modes
-    take their share ``Phi_k(q)``.
+    On the ground (link -1) they have no effect. After `world`, before `inward` or `inward_bias`; the modes of a
+    flexible body get ``Phi_k(q)^T`` times them.
     """
     if link < 0:
         return

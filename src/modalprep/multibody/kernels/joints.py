@@ -12,16 +12,16 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
+from modalprep.compiler.lanes import numbers
 from modalprep.multibody.kernels.algebra.inertia_blocks import (
+    all_blocks,
     blocks_times,
     column_parts,
     first_column,
     less_outer_blocks,
     rotated,
     second_column,
-    whole,
 )
-from modalprep.multibody.kernels.algebra.lanes import numbers
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     inverse_symmetric,
@@ -176,7 +176,7 @@ def axis_column(link, own, g, B):
     What the accelerations need of it goes to `pivot`: ``g``, ``g I S`` and ``g S' I b``; g is the inverse of
     `axis_inertia`, B is I by axes.
     """
-    half = product(get9(own.rotation), whole(B))
+    half = product(get9(own.rotation), all_blocks(B))
     v = second_column(half[2]), second_column(half[5]), second_column(half[8])
     if link.joint != REVOLUTE:
         linear = first_column(half[2]), first_column(half[5]), first_column(half[8])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import (
+from modalprep.compiler.lanes import (
     WIDTH,
     four,
     get_lanes,
@@ -200,8 +200,8 @@ def clear_modal_loads(modal):
 
 
 @compile_inline
-def take_loads(modal, model, i):
-    """Make the modal loads of link i the whole modal bias force."""
+def set_bias_from_loads(modal, model, i):
+    """Set the modal bias force of link i to that of its modal loads alone."""
     if modal is not None:
         s = model.links[i].slot
         if s >= 0:
@@ -211,7 +211,7 @@ def take_loads(modal, model, i):
 
 @compile_inline
 def condense_rows(modal, model, i, begin, end, work):
-    """Condense the modal forces of multipliers at link i (responses.py) with the pivots of `eliminate_modes`."""
+    """Condense the modal forces of unit multipliers at link i (responses.py) with the pivots of `eliminate_modes`."""
     if modal is not None:
         if model.links[i].slot >= 0:
             _condense_rows(modal, model.links[i].slot, model.links[i].modes, begin, end, work)
@@ -241,7 +241,7 @@ def _condense_rows(modal, s, n, begin, end, work):
 
 @compile_inline
 def push_bias_of_modes(modal, model, i, size, forces, p, k):
-    """Take eliminated modal forces, lane k of ``forces[p]``, times a size, off the bias of link i's modes."""
+    """Subtract a multiplier `size` times its eliminated modal forces, lane k of ``forces[p]``, from link i's b_f."""
     if modal is not None:
         for a in range(model.links[i].modes):
             modal.b_f[model.links[i].slot, a] -= size * forces[p, 4 * a + k]
@@ -255,8 +255,8 @@ def clear_bias_of_modes(modal, model):
 
 
 @compile_inline
-def push_modes(modal, model, force):
-    """Add generalised forces ``force (nu,)`` to the modal loads."""
+def add_modal_loads(modal, model, force):
+    """Add the modal rows of generalised forces ``force (nu,)`` to the modal loads."""
     if modal is not None:
         for i in range(len(model.links)):
             for a in range(model.links[i].modes):
@@ -275,7 +275,7 @@ def write_accelerations(modal, model, i, udot):
 
 @compile_inline
 def add_bias_to_modes(modal, model, i, force, torque):
-    """Add the bias force that link i hands to its parent, parent link's axes, to the parent's modal rows."""
+    """Add the bias force of link i on its parent, parent link's axes, to the parent's modal bias force."""
     if modal is not None:
         slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
@@ -285,7 +285,7 @@ def add_bias_to_modes(modal, model, i, force, torque):
 
 @compile_inline
 def add_row_to_modes(modal, model, i, force, torque, out, entry):
-    """Add the generalised forces of wrenches of link i, parent link's axes, to those of its modes in ``out``."""
+    """Add the generalised forces of wrenches of link i, parent link's axes, on its parent's modes to ``out``."""
     if modal is not None:
         slot = model.links[i].phi
         if slot >= 0:
@@ -296,8 +296,8 @@ def add_row_to_modes(modal, model, i, force, torque, out, entry):
 
 
 @compile_inline
-def hand_to_modes(modal, model, i, force, torque, out):
-    """Add the generalised forces of link i's wrench, parent link's axes, to the parent's modes, ``out (nu,)``."""
+def add_modal_forces(modal, model, i, force, torque, out):
+    """Add the generalised forces of link i's wrench, parent link's axes, on its parent's modes to ``out (nu,)``."""
     if modal is not None:
         slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
@@ -328,7 +328,7 @@ def modal_forces(modal, model, data, i, f, out):
 
 @compile_inline
 def modal_momenta(modal, model, link):
-    """Return what the modes of a link's body add to its momenta, the angular one about the link's origin."""
+    """Return the modes' share ``M_rf q'`` of the momenta of a link's body, the angular one about the link's origin."""
     linear, angular = ZERO3, ZERO3
     if modal is not None:
         s = model.links[link].slot

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from modalprep.body import line
 from modalprep.compiler.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import WIDTH, four, get_lanes, put_lanes
-from modalprep.multibody.kernels.algebra.matrices import plus_product, symmetric_times, times
+from modalprep.compiler.lanes import WIDTH, four, get_lanes, put_lanes
+from modalprep.multibody.kernels.algebra.matrices import antisymmetric, plus_product, symmetric_times, times
 from modalprep.multibody.kernels.algebra.rows import (
     combined3,
     combined9,
@@ -179,7 +179,7 @@ def _modal_rows(modal, model, i, w, p, f):
 def coupling(dp, p, P_eta):
     """Return ``C_c = eps_cab L_ba`` of four modes: ``p_r x dp_r`` and the antisymmetric part of ``P' eta``."""
     C = add3(add3(cross(p[0], dp[0]), cross(p[1], dp[1])), add3(cross(p[2], dp[2]), cross(p[3], dp[3])))
-    return add3(C, (P_eta[7] - P_eta[5], P_eta[2] - P_eta[6], P_eta[3] - P_eta[1]))
+    return add3(C, antisymmetric(P_eta))
 
 
 @compile_inline

@@ -1,13 +1,13 @@
 """Interfaces of flexible bodies: motion, partial velocities, loads (theory 4 and 5).
 
-`modal` is `Data.modal`, an argument of its own: where it is None, in a system of rigid bodies, nothing of the modes is
+`modal` is `Data.modal`, an argument of its own: where it is None, in a system of rigid bodies, no code of modes is
 compiled.
 """
 
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import WIDTH
+from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.algebra.matrices import (
     UNIT9,
     product,
@@ -108,7 +108,7 @@ def _as_a_line(modal, phi, arm, s, n, slot, moved, rates, second):
 
 @compile_inline
 def turn_shape(modal, slot, n, x, s, offset):
-    """Turn the rows ``psi(q)`` of modal.Phi to angular velocities and move the point by `offset`."""
+    """Make the rows ``psi(q)`` of modal.Phi partial angular velocities, and move the point by `offset`."""
     argument = half_tangent(x)
     Phi = modal.Phi[slot]
     for b in range(0, n, WIDTH):
@@ -123,7 +123,7 @@ def node_motion(modal, model, data, p, node, slot, arm):
     """Motion of an interface of a flexible body in its link's axes, modal.Phi before `turn_shape`.
 
     Returns the position, the rotation of the node, its rotation vector ``psi q`` and the s of its Cayley map, the
-    elastic velocity and spin, and the acceleration (linear, angular) that remains when A and q'' are zero.
+    elastic velocity and spin, and the acceleration (linear, angular) where A and q'' are zero.
     """
     moved, rates, second = node_shape(modal, model, p, node, slot)
     w = get3(data.links[p].omega)
@@ -150,12 +150,12 @@ def elastic_acceleration(modal, slot, n, s):
 
 @compile_inline
 def parent_frame(modal, model, data, i):
-    """Frame on the parent in which the joint of link i stands, parent link's axes; `modal` None: rigid bodies.
+    """Frame on the parent at the joint of link i, parent link's axes; `modal` None: rigid bodies.
 
     Returns
     -------
     rotation of the frame, its position, velocity and spin of a flexible parent's node
-    linear, angular : acceleration of the frame that is left when A and q'' of the parent are zero
+    linear, angular : acceleration of the frame where A and q'' of the parent are zero
     x, s : rotation vector of the node and the s of its Cayley map, for `turn_parent_shape`
     """
     link = model.links[i]
@@ -173,7 +173,7 @@ def parent_frame(modal, model, data, i):
 
 @compile_inline
 def turn_parent_shape(modal, model, i, x, s, offset):
-    """Finish the partial velocities of link i's joint on a flexible parent, moved by `offset`."""
+    """Make modal.Phi the partial velocities of link i's joint on a flexible parent, moved by `offset`."""
     if modal is not None:
         slot = model.links[i].phi
         if slot >= 0:
@@ -181,17 +181,17 @@ def turn_parent_shape(modal, model, i, x, s, offset):
 
 
 @compile_inline
-def parent_acceleration(modal, model, data, i, whole):
-    """Acceleration (linear, angular) of the frame on the parent where link i's joint is, parent link's axes.
+def parent_acceleration(modal, model, data, i, biases):
+    """Acceleration (linear, angular) of the frame on the parent at link i's joint, parent link's axes.
 
-    `whole` = 1 after `outward`'s biases; 0: that of the ground does not count.
+    `biases` = 1, or 0 without the acceleration of the ground.
     """
     link = model.links[i]
     A = data.links[link.parent].acceleration
     linear = get3(A)
     angular = get_angular(A)
     if link.parent == len(model.links):
-        linear = (whole * linear[0], whole * linear[1], whole * linear[2])
+        linear = (biases * linear[0], biases * linear[1], biases * linear[2])
     linear = add3(linear, cross(angular, get3(data.links[i].arm)))
     if modal is not None:
         if link.phi >= 0:
@@ -203,7 +203,7 @@ def parent_acceleration(modal, model, data, i, whole):
 
 @compile_inline
 def deflected_node(modal, model, data, link, node, r):
-    """Position, rotation, velocity and spin of an interface in its link's axes, from its place r when undeformed."""
+    """Position, rotation, velocity and spin of an interface in its link's axes; r is its undeformed position."""
     if modal is not None:
         if model.links[link].slot >= 0:
             return _deflected_node(model, data, link, node, r)
@@ -228,7 +228,7 @@ def deflection(modal, model, link, node):
 
 @compile_inline
 def deflected_acceleration(modal, model, data, link, node, r):
-    """Place of an interface, its elastic acceleration, and that without A and q'', both linear and angular."""
+    """Position of an interface, its elastic acceleration, and that without A and q'', both linear and angular."""
     w = get3(data.links[link].omega)
     if modal is not None:
         if model.links[link].slot >= 0:
@@ -286,7 +286,7 @@ def shape_acceleration(modal, model, link, shape):
 
 @compile_inline
 def load_modes(modal, model, data, link, node, r, force, torque):
-    """Add a force and a torque at an interface, link's axes, to the modal loads; returns the interface's place."""
+    """Add a force and a torque at an interface, link's axes, to the modal loads; returns the interface's position."""
     if modal is not None:
         if model.links[link].slot >= 0:
             return _load_modes(model, data, link, node, r, force, torque)

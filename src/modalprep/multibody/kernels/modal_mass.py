@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
+from modalprep.multibody.kernels.algebra.matrices import antisymmetric
 from modalprep.multibody.kernels.algebra.tuples import ZERO3, axpy3
 from modalprep.multibody.kernels.data import GROWS
 
@@ -50,7 +51,6 @@ def apply_slopes(modal, model, i):
     k = model.links[i].kind
     n = model.links[i].modes
     qd = modal.qd[model.links[i].slot]
-    P_eta = modal.P_eta
     torque = ZERO3
     for a in range(n):
         bias = 0.0
@@ -58,8 +58,7 @@ def apply_slopes(modal, model, i):
             bias += modal.d_etad[a, b] * qd[b]
         modal.eta_bias[a] = bias
         modal.eta_force[a] = 0.0
-        own = (P_eta[7, a] - P_eta[5, a], P_eta[2, a] - P_eta[6, a], P_eta[3, a] - P_eta[1, a])
-        torque = axpy3(torque, bias, own)
+        torque = axpy3(torque, bias, antisymmetric(modal.P_eta[:, a]))
     for a in range(n):
         force = 0.0
         for b in range(n):
@@ -67,7 +66,7 @@ def apply_slopes(modal, model, i):
         for b in range(n):
             modal.eta_force[b] += modal.d_eta[a, b] * force
     for c in range(9):
-        _times_slopes(modal, P_eta[c], n)
+        _times_slopes(modal, modal.P_eta[c], n)
     for c in range(3):
         _times_slopes(modal, modal.gyro[c], n)
     return torque

@@ -1,4 +1,4 @@
-"""Inverse dynamics of the tree: the forces that given accelerations need, in O(n), without a mass matrix."""
+"""Inverse dynamics of the tree by the recursive Newton-Euler algorithm: forces of given accelerations, in O(n)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.joints import along_joint, joint_force
 from modalprep.multibody.kernels.modal import (
-    hand_to_modes,
+    add_modal_forces,
     modal_forces,
     write_accelerations,
 )
@@ -62,7 +62,7 @@ def _outward(model, data, i, udot):
 
 @compile_kernel
 def _inward(model, data, i, out):
-    """Write the joint's rows of link i, and hand its wrench to its parent."""
+    """Write the joint's generalised forces of link i, and add its wrench to its parent's."""
     link = model.links[i]
     own = data.links[i]
     f = get6(data.links[i].force)
@@ -71,7 +71,7 @@ def _inward(model, data, i, out):
         return
     turn = get9(own.rotation)
     force, torque = times(turn, (f[0], f[1], f[2])), times(turn, (f[3], f[4], f[5]))
-    hand_to_modes(data.modal, model, i, force, torque, out)
+    add_modal_forces(data.modal, model, i, force, torque, out)
     torque = add3(torque, cross(get3(own.arm), force))
     parent = data.links[link.parent]
     put6(parent.force, add6(get6(parent.force), (force[0], force[1], force[2], torque[0], torque[1], torque[2])))

@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.line import strain_arms
 from modalprep.body.mass import affine_part
-from modalprep.multibody.kernels.algebra.lanes import WIDTH
+from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.data import EPSILON, Integrals, Modal
 
 UPPER = np.triu_indices(3)
@@ -111,20 +111,20 @@ def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[dict, dict, dict]:
     """Return the fields of `Integrals`, of `Modal` by body and by interface of one body, its axes turned by Q."""
     n = body.n
     part = affine_part(body)
-    B, Kg_p = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.first, part.second))
-    P_rest = np.einsum("abij,ac,bd->jcdi", part.rest, Q, Q)
+    B, Kg_p = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.B, part.Kg_p))
+    P_rest = np.einsum("abij,ac,bd->jcdi", part.P_rest, Q, Q)
     Kg_F, Kg_T = (Q.T @ x.transpose(0, 3, 1, 2) for x in (body.Kg_F, body.Kg_T))
     integrals = {
-        "p0": (part.place.T @ Q).ravel(),
+        "p0": (part.p0.T @ Q).ravel(),
         "strain": (part.strain.T @ Q).ravel(),
         "root_mass": part.root_mass,
         "B": B,
         "Kg_p": Kg_p.transpose(2, 0, 1),
         "P_rest": P_rest.reshape(n, 9, n),
         "gyro": np.einsum("cab,jbai->jci", EPSILON, P_rest),
-        "M_rest": part.mass,
+        "M_rest": part.M_rest,
     }
-    constants = {"K": body.K, "D": body.D, "c": part.rest_second.swapaxes(0, 1)}
+    constants = {"K": body.K, "D": body.D, "c": part.c.swapaxes(0, 1)}
     of_interfaces = {
         "Phi": np.concatenate([Q.T @ body.phi, Q.T @ body.psi], axis=1),
         "Kg_FT": np.concatenate([Kg_F, Kg_T], axis=2),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.compiler.by_address import Pattern
-from modalprep.multibody.kernels.algebra.lanes import WIDTH
+from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops.constraints import (
     ANGLE,
     BUNDLE_DATA,

@@ -6,7 +6,7 @@ from itertools import groupby
 
 import numpy as np
 
-from modalprep.multibody.kernels.algebra.lanes import WIDTH
+from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops.constraints import (
     ABOUT,
     ANGLE,

@@ -51,16 +51,16 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     w = V[3:]
     spin = skew(V[3:])
     rates = at.d_eta @ qd
-    rest, W2 = part.rest @ at.eta, spin @ spin
+    rest, W2 = part.P_rest @ at.eta, spin @ spin
     E, Y = rest @ at.eta, rest @ rates
     Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + partial_rates(part, q, qd) @ qd
     force = part.root_mass * Omega[:, 0]
     torque = np.cross(at.p, Omega, axis=0).sum(axis=1)
     torque += cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)
-    modal = np.einsum("ab,abn->n", W2, rest) + 2 * np.einsum("ab,abn->n", spin, part.rest @ rates)
-    if part.rest_second.size:
-        growing = (part.rest_second @ qd) @ qd
-        modal += part.mass @ growing
+    modal = np.einsum("ab,abn->n", W2, rest) + 2 * np.einsum("ab,abn->n", spin, part.P_rest @ rates)
+    if part.c.size:
+        growing = (part.c @ qd) @ qd
+        modal += part.M_rest @ growing
         torque += cross_moment(rest @ growing)
     modal = np.einsum("ar,arn->n", Omega, at.dp) + at.d_eta.T @ modal + body.K * q + body.D * qd
     return assembled(body.m, at), np.concatenate([force, torque, modal])

@@ -7,16 +7,16 @@ of j and i is its transpose. An inertia is a tuple of six blocks (xx, xy, xz, yy
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import instructions, lanes, numbers
+from modalprep.compiler.lanes import arrangement, lanes, numbers
 from modalprep.multibody.kernels.algebra.matrices import product, symmetric_product, times
 from modalprep.multibody.kernels.algebra.tuples import add3, cross, put6, put9, sub3
 
-flipped = instructions.arrangement(0, 2, 1, 3)  # the transposed block
-first_column = instructions.arrangement(0, 2, 0, 2)  # twice
-second_column = instructions.arrangement(1, 3, 1, 3)
-by_rows = instructions.arrangement(0, 0, 1, 1)  # from a column, twice: a block of equal columns
-linear_column_as_angular = instructions.arrangement(4, 0, 4, 2)
-linear_row_as_angular = instructions.arrangement(4, 4, 0, 1)
+flipped = arrangement(0, 2, 1, 3)  # the transposed block
+first_column = arrangement(0, 2, 0, 2)  # twice
+second_column = arrangement(1, 3, 1, 3)
+by_rows = arrangement(0, 0, 1, 1)  # from a column, twice: a block of equal columns
+linear_column_as_angular = arrangement(4, 0, 4, 2)
+linear_row_as_angular = arrangement(4, 4, 0, 1)
 
 
 @compile_inline
@@ -55,7 +55,7 @@ def put_parts(own, B):
 
 
 @compile_inline
-def whole(B):
+def all_blocks(B):
     """Return the nine blocks of an inertia."""
     return B[0], B[1], B[2], flipped(B[1]), B[3], B[4], flipped(B[2]), flipped(B[4]), B[5]
 
@@ -63,7 +63,7 @@ def whole(B):
 @compile_inline
 def rotated(R, B):
     """Return an inertia in axes turned by R."""
-    return symmetric_product(product(R, whole(B)), R)
+    return symmetric_product(product(R, all_blocks(B)), R)
 
 
 @compile_inline
@@ -81,7 +81,7 @@ def blocks_times(B, v):
     x = lanes(v[0], v[3], v[0], v[3])
     y = lanes(v[1], v[4], v[1], v[4])
     z = lanes(v[2], v[5], v[2], v[5])
-    a, b, c = times(whole(B), (x, y, z))
+    a, b, c = times(all_blocks(B), (x, y, z))
     a, b, c = numbers(a), numbers(b), numbers(c)
     return a[0] + a[1], b[0] + b[1], c[0] + c[1], a[2] + a[3], b[2] + b[3], c[2] + c[3]
 
@@ -103,7 +103,7 @@ def less_outer_blocks(B, g, v):
 @compile_inline
 def shifted(B, r):
     """Return ``T^T B T`` with ``T = [[1, -r~], [0, 1]]``."""
-    a, b, c, d, e, f, g, h, k = whole(B)
+    a, b, c, d, e, f, g, h, k = all_blocks(B)
     x, y, z = _columns(a, b, c, r), _columns(d, e, f, r), _columns(g, h, k, r)
     first = (x[0], y[0], z[0])
     second = (x[1], y[1], z[1])

@@ -60,6 +60,18 @@ def plus_product(H, a, b):
 
 
 @compile_inline
+def antisymmetric(A):
+    """Return ``eps_cab A_ba``, twice the vector of the antisymmetric part of A."""
+    return A[7] - A[5], A[2] - A[6], A[3] - A[1]
+
+
+@compile_inline
+def first_moment(H):
+    """Return the first moment s of ``H = -s~``, the coupling in a body's inertia."""
+    return H[5], H[6], H[1]
+
+
+@compile_inline
 def times(R, v):
     """Return ``R v``."""
     return (

@@ -7,7 +7,7 @@ of four modes.
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import (
+from modalprep.compiler.lanes import (
     WIDTH,
     four,
     get_lanes,

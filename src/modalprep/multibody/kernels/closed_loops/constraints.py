@@ -15,7 +15,7 @@ import numpy as np
 
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
+from modalprep.compiler.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
 from modalprep.multibody.kernels.algebra.matrices import UNIT9, times
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import (
+from modalprep.compiler.lanes import (
     WIDTH,
     above,
     first_at_least,

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
+from modalprep.compiler.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.tuples import at
 from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP

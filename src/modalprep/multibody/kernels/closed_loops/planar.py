@@ -10,7 +10,7 @@ Arguments as in constraints.py. Numbers (x, y) are in the plane, in the axes of 
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
+from modalprep.compiler.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
 from modalprep.multibody.kernels.algebra.tuples import ZERO3, add3, at, axpy3, dot3, get3
 from modalprep.multibody.kernels.closed_loops.products import add_other_products, add_products
 from modalprep.multibody.kernels.interfaces import free_position

@@ -11,7 +11,7 @@ Arguments as in articulated_body.py and constraints.py.
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import WIDTH, add_lanes, four, get_lanes
+from modalprep.compiler.lanes import WIDTH, add_lanes, four, get_lanes
 from modalprep.multibody.kernels.algebra.tuples import at, dot3, get3, put6
 from modalprep.multibody.kernels.articulated_body import inward
 from modalprep.multibody.kernels.closed_loops.planar import normal_acceleration, through_plane, through_planes
@@ -64,7 +64,7 @@ def _own(link, own, normal):
     fy = own.force[1] - own.wrench[1] + normal * own.M[4]
     t = own.force[5] - own.wrench[5] + normal * own.H[8]
     if link.last_child >= 0:
-        more = own.handed
+        more = own.children
         a = a + more[0]
         b = b + more[1]
         c = c + more[2]
@@ -105,7 +105,7 @@ def _hand_on(model, data, i, g, e, M, h, force, tau):
     J = my * rx - mx * ry
     t = tau[at(link.u)] + rx * fy - ry * fx
     gx, gy, gk = g * x, g * y, g * k
-    own = data.links[at(link.parent)].handed
+    own = data.links[at(link.parent)].children
     first = model.links[at(link.parent)].last_child == i
     _add(own, first, 0, a - gx * x)
     _add(own, first, 1, b - gx * y)
@@ -119,9 +119,9 @@ def _hand_on(model, data, i, g, e, M, h, force, tau):
 
 
 @compile_inline
-def _add(handed, first, c, value):
+def _add(children, first, c, value):
     """Write a number to what a link is handed, or add it where the child is not the `first`."""
-    handed[at(c)] = value if first else handed[at(c)] + value
+    children[at(c)] = value if first else children[at(c)] + value
 
 
 @compile_inline

@@ -6,7 +6,7 @@ Arguments as in constraints.py.
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
-from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
+from modalprep.compiler.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
 from modalprep.multibody.kernels.algebra.tuples import at
 
 

@@ -6,7 +6,7 @@ Arguments as in constraints.py.
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import WIDTH, add_lanes, four, get_lanes, get_lanes6
+from modalprep.compiler.lanes import WIDTH, add_lanes, four, get_lanes, get_lanes6
 from modalprep.multibody.kernels.algebra.rows import sums6
 from modalprep.multibody.kernels.algebra.tuples import ZERO6, at, axpy6, get6, put6, sub6
 from modalprep.multibody.kernels.articulated_body import forward_bias

@@ -11,7 +11,7 @@ Arguments as in constraints.py.
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import (
+from modalprep.compiler.lanes import (
     WIDTH,
     four,
     get_lane6,

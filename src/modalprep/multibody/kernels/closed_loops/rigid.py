@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
+from modalprep.compiler.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
 from modalprep.multibody.kernels.algebra.matrices import times, transposed_times
 from modalprep.multibody.kernels.algebra.tuples import ZERO3, add3, at, axpy3, cross, dot3, get3, get9, sub3
 from modalprep.multibody.kernels.closed_loops.constraints import (

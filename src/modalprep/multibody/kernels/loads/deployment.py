@@ -1,11 +1,10 @@
-"""What a deployment changes with the length that is out: masses, the springs next to the exit, the force at the exit.
+"""Deployment of rods from a reel: masses, springs next to the exit and forces at the exit by the length deployed.
 
-The innermost rod, of length r outside, has the mass ``m r`` of what is out, and moves as this material does: the
-particles of a rod are those of a rigid body, so that its equations hold with the constants of the moment. Stowed mass
-sits at the exit and rides with the base. A particle that passes the exit at speed v changes its velocity by ``v e``,
-e along the innermost rod; the base feels ``-m v^2 e`` for it, going out or coming in, and the reel spends
-``m v^3 / 2``; likewise with the spin of the rod about itself. Springs of the strain energy V give the reel the force
-``-dV/dL``.
+The innermost rod, of length r outside, has the mass ``m r`` and moves as its material does: its particles are those of
+a rigid body, so that its equations hold with the present constants. Stowed mass is fixed to the base at the exit. A
+particle that passes the exit at speed v changes its velocity by ``v e``, e along the innermost rod; its reaction on the
+base is ``-m v^2 e``, extending or retracting, and the power of the reel is ``m v^3 / 2``; likewise with the spin of the
+rod about itself. Springs of the strain energy V act on the reel by the force ``-dV/dL``.
 """
 
 from __future__ import annotations
@@ -48,15 +47,15 @@ SPRING = np.dtype(
         ("speed", np.int64),  # counted from the first speed
         ("EI", np.float64),
         ("damping", np.float64),  # over stiffness, s
-        ("bend", np.float64, 3),  # length that bends, a polynomial of what is out of the innermost rod
-        ("fading_rest", np.float64),  # angle without torque, which fades until the innermost rod is out
+        ("bend", np.float64, 3),  # length that bends, a polynomial of the deployed length of the innermost rod
+        ("fading_rest", np.float64),  # angle without torque, which vanishes as the innermost rod is deployed
     ]
 )
 
 
 @by_address
 class Reels(NamedTuple):
-    """Packed deployments in one stage, each with as many rods as are out."""
+    """Packed deployments in one stage, each with the rods that are deployed."""
 
     reels: np.ndarray  # (reels,) REEL
     springs: np.ndarray  # (springs,) SPRING, the hinges next to the exits
@@ -64,8 +63,8 @@ class Reels(NamedTuple):
 
 
 @compile_kernel
-def pay_out(reels, model, data, y, motion):
-    """Set the masses of a state; before `outward`."""
+def set_deployed_masses(reels, model, data, y, motion):
+    """Write masses and moments of inertia of rods and bases in a state to the data; before `outward`."""
     for b in range(len(reels.carriers)):
         link = reels.carriers[b]
         base, own = data.links[link], model.links[link]
@@ -82,7 +81,7 @@ def pay_out(reels, model, data, y, motion):
 
 @compile_kernel
 def travel(reel, y, motion):
-    """Return length and speed (m, m/s) of a deployment."""
+    """Return the deployed length and its rate (m, m/s)."""
     if reel.coordinate >= 0:
         return y[reel.coordinate], y[reel.speed]
     return motion[reel.slider, 0], motion[reel.slider, 1]
@@ -104,7 +103,7 @@ def _innermost(own, reel, length):
 
 @compile_kernel
 def _stowed(own, r, reel, length):
-    """Add the mass that is not out to the data of the base, at the exit r."""
+    """Add the stowed mass to the data of the base, at the exit r."""
     m = reel.mass_per_length * (reel.length - length)
     own.mass += m
     for c in range(3):
@@ -130,11 +129,11 @@ def _stiffness(spring, reel, length):
 
 
 @compile_kernel
-def take_up(reels, model, data, y, motion, tau, slope):
-    """Add the springs next to the exit and what passes it to wrenches and hinge forces, after the loads.
+def add_deployment_forces(reels, model, data, y, motion, tau, slope):
+    """Add the forces of the springs next to the exits and of the mass that passes them to wrenches and ``tau (nu,)``.
 
-    Returns the power of what is no spring (W) and the energy stored (J). A reel that moves by itself gets the force of
-    its springs in ``tau (nu,)``; one that is driven spends their power.
+    After the loads. Returns the power of all but the springs (W) and the energy of the springs (J). A reel with a
+    coordinate of its own gets the force of its springs in `tau`; the power of one that is driven counts as power.
     """
     power, stored = 0.0, 0.0
     for k in range(len(reels.reels)):
@@ -148,7 +147,7 @@ def take_up(reels, model, data, y, motion, tau, slope):
 
 @compile_kernel
 def _passing(reel, model, data, y, motion):
-    """Force and torque on the base of what passes the exit; returns their power and that of the reel (W)."""
+    """Add the reaction of mass that passes the exit to the base; returns its power and that of the reel (W)."""
     _, v = travel(reel, y, motion)
     turn = get9(data.links[reel.slider].orientation)
     spin = data.links[reel.slider].omega[2]

@@ -6,6 +6,7 @@ import numpy as np
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
+    first_moment,
     symmetric_times,
     transposed_times,
 )
@@ -84,11 +85,10 @@ def planet_load(planet, model, data, i):
     """
     base = get9(data.links[i].orientation)
     p = get3(data.links[i].position)
-    H = get9(data.links[i].H)
     J = get6(data.links[i].J)
     m = data.links[i].mass
     rate = planet.rate
-    c = (H[5], H[6], H[1])
+    c = first_moment(data.links[i].H)
     turn = 0.0
     if rate > 0.0:
         x = transposed_times(base, p)

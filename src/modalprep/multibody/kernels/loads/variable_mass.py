@@ -1,8 +1,8 @@
-"""Masses that change with time: what the kernel reads of a body is written anew at each evaluation.
+"""Masses that change with time: the constants of a body are written to the data in each evaluation.
 
 The mass integrals of a body are linear in its mass between two fill levels; the affine part of its motion
-(body/mass.py) follows from them. The three functions beside the constant one that are orthonormal in the mass are those
-of a Cholesky factor here, not of principal axes: any three do.
+(body/mass.py) follows from them. Beside the constant one, the functions that are orthonormal in the mass are those of a
+Cholesky factor here, not of principal axes: any orthonormal three span the same motion.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ import numpy as np
 from modalprep.body.mass import FLAT
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.tuples import axpy3, get3, sub3
+from modalprep.multibody.kernels.algebra.matrices import antisymmetric
+from modalprep.multibody.kernels.algebra.tuples import axpy3, get3, put3, sub3
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.loads.gravity import near_planet, planet_load
 from modalprep.multibody.kernels.modal_inertia import own_inertia
@@ -71,9 +72,7 @@ def set_mass(fill, model, data, i, m, change):
         own.first_moment[c] = _between(low.first_moment[c], high.first_moment[c], share)
     for c in range(6):
         own.inertia[c] = _between(low.inertia[c], high.inertia[c], share)
-    if data.modal is not None:
-        if model.links[body.link].slot >= 0:
-            _set_modes(data.modal, model.links[body.link], own, fill, level, share)
+    _set_modes(data.modal, model.links[body.link], own, fill, level, share)
 
 
 @compile_inline
@@ -90,7 +89,11 @@ def _between3(low, high, share):
 
 @compile_kernel
 def _set_modes(modal, link, own, fill, level, share):
-    """Write the affine part of a link's body and the rest between two levels: body/mass.py, `affine_part`."""
+    """Write the affine part of a link's body and the rest: body/mass.py, `affine_part`; `modal` may be None."""
+    if modal is None:
+        return
+    if link.slot < 0:
+        return
     k = link.kind
     n = link.modes
     root = np.sqrt(own.mass)
@@ -141,9 +144,7 @@ def _set_rest(integrals, k, j, i, fill, level, share):
                 f += B[r + a, i] * B[r + b, j]
             P[3 * a + b, i] = _between(fill.P[level, j, a, b, i], fill.P[level + 1, j, a, b, i], share) - f
             affine += f if a == b else 0.0
-    integrals.gyro[k, j, 0, i] = P[7, i] - P[5, i]
-    integrals.gyro[k, j, 1, i] = P[2, i] - P[6, i]
-    integrals.gyro[k, j, 2, i] = P[3, i] - P[1, i]
+    put3(integrals.gyro[k, j, :, i], antisymmetric(P[:, i]))
     integrals.M_rest[k, j, i] = _between(fill.M[level, j, i], fill.M[level + 1, j, i], share) - affine
 
 
@@ -179,17 +180,16 @@ def _put_coordinates(total, by_x, L, c, root, out, a):
     x = x / L[0] if L[0] > 0.0 else 0.0
     y = (y - L[3] * x) / L[4] if L[4] > 0.0 else 0.0
     z = (z - L[6] * x - L[7] * y) / L[8] if L[8] > 0.0 else 0.0
-    out[a] = total / root
-    out[3 + a] = x
-    out[6 + a] = y
-    out[9 + a] = z
+    coordinates = (total / root, x, y, z)
+    for r in range(4):
+        out[3 * r + a] = coordinates[r]
 
 
 @compile_kernel
 def leaving_power(fill, tables, planet, model, data, y, t):
-    """Power (data, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
+    """Power (W, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
 
-    After `outward` and `world`, before any load; it leaves the bodies' own inertias and biases as they were.
+    After `outward` and `world`, before any load; the bodies' inertias and bias forces are restored.
     """
     power = 0.0
     for i in range(len(fill.rows)):
@@ -209,7 +209,7 @@ def leaving_power(fill, tables, planet, model, data, y, t):
 
 @compile_kernel
 def _renew_inertia(model, data, link):
-    """Do as `own_inertia` in a kernel of its own: each caller of that one compiles a copy, which takes seconds."""
+    """`own_inertia` as a kernel: inline, each caller would compile a copy, which takes seconds."""
     own_inertia(data.modal, model, data, link)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from modalprep.compiler.jit import compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import (
+from modalprep.compiler.lanes import (
     above,
     first_at_least,
     get_lanes,
