@@ -235,7 +235,7 @@ def test_mass_on_the_mean_of_nodes():
     """An rbe3 that carries a mass with offset: its frame turns as its nodes do, to second order."""
     model = panel("rbe3")
     free = mp.craig_bampton(model, modes=8, truncation=())
-    link = model.geometric_stiffness.constraints.links[1]
+    link = model.geometric_stiffness.links.constraints.links[1]
     turn = 1e-3 * np.array([0.3, -0.5, 0.4])
     d = np.zeros(model.n_dof)
     R = np.eye(3) + skew(turn) + skew(turn) @ skew(turn) / 2

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from modalprep.body.checks import IDENTITY, RIGID, Check, relative
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
+from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import one_numpy_thread
 from modalprep.linalg.modes import DENSE
@@ -160,7 +161,8 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     >>> [check.within for check in check_geometric_stiffness(model, reduction, body)]
     [True]
     """
-    if not (body.has_geometric_stiffness and hasattr(model.geometric_stiffness, "energy")):
+    prestress = model.geometric_stiffness
+    if not (body.has_geometric_stiffness and isinstance(prestress, GeometricStiffness)):
         return []
     Kg = _unit_load_matrices(body)
     c = _combination(model, Kg, np.random.default_rng(0))
@@ -172,13 +174,13 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     c, d, y, z = unit[0] * c, unit[0] * d, unit[1] * y, unit[1] * z
 
     def potential(s: float, t: float) -> float:
-        moved = model.geometric_stiffness.constraints.followed(s * d + t * y)
+        moved = prestress.links.constraints.followed(s * d + t * y)
         work = reduction.loads @ c @ (moved - s * d - t * y) + model.rotating_mass.work(s * d + t * y, c[:12])
-        return model.geometric_stiffness.energy(moved) - s * work
+        return prestress.energy(moved) - s * work
 
     found = _third(potential)
     own = z @ np.tensordot(c, Kg, 1) @ z
-    beside = 2 * d @ (model.geometric_stiffness(y, np.zeros_like(y)) @ y)
+    beside = 2 * d @ (prestress(y, np.zeros_like(y)) @ y)
     error = relative(own + beside, found, floor=abs(own) + abs(beside))
     meaning = "Kg of a random combination of loads = finite difference of the nonlinear strain energy"
     return [Check("energy of second order", error, DIFFERENCE, meaning)]

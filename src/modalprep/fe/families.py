@@ -8,8 +8,8 @@ from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.point import MassBlock, SpringBlock
-from modalprep.fe.elements.shells.curved import DEGREE as CURVED_SHELLS
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
+from modalprep.fe.elements.shells.curved_shell import DEGREE as CURVED_SHELLS
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import DEGREE as SOLID_CELLS
 from modalprep.fe.elements.solid import SolidBlock

@@ -12,6 +12,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
+from modalprep.fe.assembly.link_stiffness import LinkStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.offset_area import offset_areas
 from modalprep.fe.assembly.parts import Elements, Part, find_parts, refuse_disconnected, used_nodes
@@ -200,7 +201,7 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
         C=C,
         free=free,
         interfaces=placed.frames,
-        geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, constraints),
+        geometric_stiffness=GeometricStiffness(blocks, pattern, dof, LinkStiffness(K, constraints)),
         rotating_mass=RotatingMass(inertias, dof),
         strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
         groups=Groups([part.group for part, _ in built], [part.kind for part, _ in built], inertias, masses, dof),
@@ -243,10 +244,10 @@ def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], 
         turning[equation.nodes[equation.coefficients[:, 3:].any(axis=1)]] = True
     kept, notes = [], []
     for part in parts:
-        idle = isinstance(part.section, PointMass) and not np.all(turning[part.nodes])
-        if idle and part.components(mesh.points) == 6:
+        section = part.section
+        if isinstance(section, PointMass) and not np.all(turning[part.nodes]) and part.components(mesh.points) == 6:
             notes.append(f"mass {part.group!r} sits on a node without rotations: its inertia and offset are left out")
-            part = Part(part.group, PointMass(mass=part.section.mass), part.kind, part.nodes, part.data)
+            part = Part(part.group, PointMass(mass=section.mass), part.kind, part.nodes, part.data)
         kept.append(part)
     return kept, notes
 

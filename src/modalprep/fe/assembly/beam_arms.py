@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from modalprep.fe.assembly.parts import Part
+from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Beam, Shell
 
@@ -28,19 +30,30 @@ def with_joined_offsets(mesh: Mesh, parts: Sequence[Part]) -> list[Part]:
 
 def _is_offset(part: Part) -> bool:
     """Whether its arms come from the section alone."""
-    beam = isinstance(part.section, Beam) and np.any(part.section.offset)
-    return bool(beam) and not np.any(np.nan_to_num(part.data.get("ends", 0.0)))
+    return bool(np.any(_offset(part))) and not np.any(np.nan_to_num(part.data.get("ends", 0.0)))
+
+
+def _offset(part: Part) -> np.ndarray:
+    """Return the offset of beams along and across `up`, m; zero of others."""
+    return np.asarray(part.section.offset if isinstance(part.section, Beam) else 0.0)
+
+
+def _blocks(mesh: Mesh, part: Part) -> Iterator[BeamBlock | ThreeNodeBeamBlock]:
+    for piece in part.pieces():
+        block = part.block(piece, mesh.points, np.zeros(3))
+        if isinstance(block, BeamBlock | ThreeNodeBeamBlock):
+            yield block
 
 
 def _joined(mesh: Mesh, part: Part) -> np.ndarray:
     """Return the arms ``(ne, nn, 3)``, along the mean of those at a node unless they are far from it."""
-    arm = np.concatenate([part.block(piece, mesh.points, np.zeros(3)).arm for piece in part.pieces()])
+    arm = np.concatenate([block.arm for block in _blocks(mesh, part)])
     total = np.zeros((len(mesh.points), 3))
     np.add.at(total, part.nodes, arm)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     mean = (total / np.where(length > 0, length, 1.0))[part.nodes]
     along = np.einsum("ena,ena->en", arm, mean) > SMOOTH * np.linalg.norm(arm, axis=2)
-    return np.where(along[..., None], np.linalg.norm(part.section.offset) * mean, arm)
+    return np.where(along[..., None], np.linalg.norm(_offset(part)) * mean, arm)
 
 
 def with_beam_arms(mesh: Mesh, parts: Sequence[Part]) -> list[Part]:
@@ -65,11 +78,10 @@ def with_beam_arms(mesh: Mesh, parts: Sequence[Part]) -> list[Part]:
 def _own_arms(mesh: Mesh, beams: Sequence[Part]) -> Iterator[Arms]:
     """Yield the nodes of beams, and the arms of their offsets."""
     for part in beams:
-        if not np.any(part.section.offset) and "ends" not in part.data:
+        if not np.any(_offset(part)) and "ends" not in part.data:
             yield part.nodes.ravel(), np.zeros((part.nodes.size, 3))
             continue
-        for piece in part.pieces():
-            block = part.block(piece, mesh.points, np.zeros(3))
+        for block in _blocks(mesh, part):
             yield block.nodes.ravel(), block.arm.reshape(-1, 3)
 
 

@@ -6,17 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
+from typing import Protocol
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 
+from modalprep.fe.assembly.link_stiffness import LinkStiffness
 from modalprep.fe.assembly.sparse_kernels import products
 from modalprep.fe.assembly.sparsity import Pattern, pairs_of
 from modalprep.fe.elements.block import Block
-from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.kernels import THREADS, ahead
 from modalprep.fe.elements.solid import SolidBlock
-from modalprep.fe.links.constraints import Constraints
 from modalprep.linalg.blas import add_inner_alone
 
 COLUMNS, WIDTH = 80, 26  # of the basis at a time, and of those in one dense product, which begins at the diagonal
@@ -26,20 +26,40 @@ BYTES = 6e8  # of the matrices of all threads
 AT_ONCE = 200_000  # numbers of element matrices held in memory: 1.6 MB, which caches keep
 
 
+class PrestressStiffness(Protocol):
+    """The geometric stiffness of a model, of elements or given by the user."""
+
+    def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
+        """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
+        ...
+
+    def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
+        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static response (n_dof, k) under its load."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
-    """Geometric stiffness of the elements, and of the rigid links that carry force."""
+    """Geometric stiffness of the elements, and of the rigid links that carry force.
+
+    Attributes
+    ----------
+    blocks : list of Block
+    pattern : Pattern
+        Of every element.
+    dof : (n_nodes, 6) int
+    links : LinkStiffness
+    """
 
     blocks: list[Block]
-    pattern: Pattern | None  # None without blocks
-    K: csr_array
+    pattern: Pattern
     dof: np.ndarray
-    constraints: Constraints
+    links: LinkStiffness
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
         """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
         total = self.pattern.csr(self._over_dofs(self.blocks, d[:, None])[:, 0])
-        return (total + self.of_links(self.K @ d - load)).tocsr()
+        return (total + self.links(d, load)).tocsr()
 
     def energy(self, d: np.ndarray) -> float:
         """Return the strain energy (J) at finite displacements ``d (n_dof,)``, rotation vectors at the nodes.
@@ -47,7 +67,7 @@ class GeometricStiffness:
         Dependent nodes follow their links finitely. `__call__` is its third derivative, less what the stress of the
         displacements themselves adds; see `body.verify.check_geometric_stiffness`.
         """
-        d = self.constraints.followed(d)
+        d = self.links.constraints.followed(d)
         own = ((block, d[self.dof[block.nodes, : block.components]]) for block in self.blocks)
         return float(sum(np.sum(block.energy(u.reshape(len(u), -1))) for block, u in own))
 
@@ -61,8 +81,8 @@ class GeometricStiffness:
         active = np.flatnonzero(np.any(loads, axis=0))
         if not len(active):
             return out
-        solid = [block for block in self.blocks if hasattr(block, "geometric_scalar")]
-        other = [block for block in self.blocks if not hasattr(block, "geometric_scalar")]
+        solid = [block for block in self.blocks if isinstance(block, SolidBlock)]
+        other = [block for block in self.blocks if not isinstance(block, SolidBlock)]
         if solid:
             run = partial(self._over_nodes, solid)
             for some, part in _shared(run, self.pattern.graph, self.dof[:, :3], static, active, Phi):
@@ -72,8 +92,8 @@ class GeometricStiffness:
             dofs = np.arange(len(Phi))[:, None]
             for some, part in _shared(run, self.pattern, dofs, static, active, Phi):
                 out[some] += part
-        if self.constraints.links:
-            out[active] += self._projected_links(static[:, active], loads[:, active], Phi)
+        if self.links.constraints.links:
+            out[active] += self.links.project(static[:, active], loads[:, active], Phi)
         return out
 
     def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray) -> np.ndarray:
@@ -93,54 +113,9 @@ class GeometricStiffness:
         for block in blocks:
             own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1, d.shape[1])
             pairs = pairs_of(self.pattern.graph, block.nodes)
-            for k, values in enumerate(_stiffnesses(block, own)):
+            for k, values in enumerate(block.geometric_stiffnesses(own)):
                 self.pattern.add(data[k : k + 1], block.nodes, pairs, values[:, None])
         return np.ascontiguousarray(data.T)
-
-    def _projected_links(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-        """Return ``Phi^T Kg Phi (k, n, n)`` of the links, of each static response (n_dof, k) under its load."""
-        links, step = self.constraints.links, self.constraints.step
-        rows = np.concatenate([np.flatnonzero(np.diff(step.indptr)), *(np.append(x.dofs, x.frame) for x in links)])
-        rows = np.unique(rows[rows >= 0])
-        held = np.zeros_like(loads)
-        held[rows] = self.K[rows] @ static - loads[rows]
-        total = self.constraints.transferred(held)
-        turns = []
-        moments = []
-        for link in self.constraints.links:
-            for turning in link.geometric_stiffness(total):
-                turns.append(Phi[turning.rotations])
-                moments.append(turning.K @ turns[-1] / 2 + turning.between @ Phi[turning.others])
-        half = np.concatenate(turns).T @ np.concatenate(moments, axis=1)
-        return half + half.transpose(0, 2, 1)
-
-    def of_links(self, held: np.ndarray) -> csr_array:
-        """Return the part of the links, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
-        n = self.K.shape[0]
-        total = self.constraints.transferred(held)
-        rows, cols, values = [], [], []
-        for link in self.constraints.links:
-            for turn, K, between, others in link.geometric_stiffness(total[:, None]):
-                first = np.concatenate([np.repeat(turn, 3), np.repeat(turn, len(others))])
-                second = np.concatenate([np.tile(turn, 3), np.tile(others, 3)])
-                rows += [first, second[9:]]
-                cols += [second, first[9:]]
-                values += [K.ravel(), between.ravel(), between.ravel()]
-        if not rows:
-            return csr_array((n, n))
-        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
-
-
-def _stiffnesses(block: Block, d: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the geometric stiffness of each of the displacements ``d (ne, nl, k)``, nothing where there is none."""
-    if isinstance(block, Corotational) and block.components == 6:
-        yield from block.geometric_stiffnesses(d)
-        return
-    for k in range(d.shape[2]):
-        values = block.geometric_stiffness(d[..., k])
-        if values is None:
-            return
-        yield values
 
 
 def _shared(matrices, pattern, dofs, static, active, Phi) -> Iterator[tuple[np.ndarray, np.ndarray]]:

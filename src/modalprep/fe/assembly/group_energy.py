@@ -105,7 +105,10 @@ class Groups:
 def _quadratic(mass: MassObjects, own: np.ndarray) -> np.ndarray:
     """Return the sum over elements of ``u^T M u (n,)`` of displacements ``own (ne, nn, c, n)``."""
     ne, nn, _, n = own.shape
-    matrix = mass.scalar if mass.scalar is not None else mass.matrix()
-    u = own[:, :, :3] if mass.scalar is not None else own
-    u = u.reshape(ne, nn, -1) if mass.scalar is not None else u.reshape(ne, -1, n)
+    if mass.form == "scalar":
+        matrix = mass.tensor
+        u = own[:, :, :3].reshape(ne, nn, -1)
+    else:
+        matrix = mass.matrix()
+        u = own.reshape(ne, -1, n)
     return ((matrix @ u) * u).reshape(-1, n).sum(axis=0)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.drawing import Page, draw
-from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.geometric_stiffness import PrestressStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.parts import Elements
 from modalprep.fe.assembly.rotating_mass import RotatingMass
@@ -53,7 +53,7 @@ class FEModel(Record):
         The independent DOFs.
     interfaces : tuple of InterfaceFrame
         The root first.
-    geometric_stiffness : GeometricStiffness
+    geometric_stiffness : PrestressStiffness
         ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress due to displacement ``d (n_dof,)`` under
         the nodal load ``load (n_dof,)``.
     rotating_mass : RotatingMass
@@ -97,7 +97,7 @@ class FEModel(Record):
     C: csr_array
     free: np.ndarray
     interfaces: tuple[InterfaceFrame, ...]
-    geometric_stiffness: GeometricStiffness
+    geometric_stiffness: PrestressStiffness
     rotating_mass: RotatingMass
     origin: np.ndarray
     strain_energy: StrainEnergy | None = None

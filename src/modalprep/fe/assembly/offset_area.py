@@ -9,6 +9,7 @@ import numpy as np
 from modalprep.fe.assembly.parts import Part
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.properties import Shell
 
 NOTABLE = 0.01  # of the area
 SMOOTH = 0.85  # cosine, 32 degrees: normals that are farther from the mean at a node belong to a fold
@@ -18,7 +19,9 @@ def offset_areas(mesh: Mesh, parts: Sequence[Part]) -> list[str]:
     """Return a note for every group whose surface at its offset has notably another area than its flat shells."""
     notes = []
     for part in parts:
-        if part.family is not ShellBlock or not (np.any(part.section.offset) or "offset" in part.data):
+        section = part.section
+        flat = isinstance(section, Shell) and part.family is ShellBlock
+        if not flat or not (np.any(section.offset) or "offset" in part.data):
             continue
         corners, arm = _joined(mesh, part)
         missing = 1.0 - _area(corners).sum() / _area(corners + arm).sum()
@@ -34,7 +37,8 @@ def offset_areas(mesh: Mesh, parts: Sequence[Part]) -> list[str]:
 def _joined(mesh: Mesh, part: Part) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners ``(ne, n, 3)``, and the offsets there along the mean normal of those that meet smoothly."""
     blocks = [part.block(piece, mesh.points, np.zeros(3)) for piece in part.pieces()]
-    own = np.concatenate([block.offset[:, None] * block.frame[:, 2] for block in blocks])[:, None]
+    flat = [block for block in blocks if isinstance(block, ShellBlock)]
+    own = np.concatenate([block.offset[:, None] * block.frame[:, 2] for block in flat])[:, None]
     total = np.zeros((len(mesh.points), 3))
     np.add.at(total, part.nodes, np.broadcast_to(own, (*part.nodes.shape, 3)))
     size = np.linalg.norm(own, axis=2)

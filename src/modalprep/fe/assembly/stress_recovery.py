@@ -10,13 +10,19 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
+from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.laminate import strain_rotation
+from modalprep.fe.elements.shells.shell import ShellBlock
+from modalprep.fe.elements.solid import SolidBlock
+from modalprep.fe.elements.truss import TrussBlock
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.fe.properties.properties import Beam, Property, Shell
 
 Vector = tuple[float, float, float]
+StressBlock = BeamBlock | ThreeNodeBeamBlock | TrussBlock | ShellBlock | CurvedShellBlock | SolidBlock
 MOST = 1000  # points of a body: each is a history of every run
 ALIKE = 0.85  # cosine between elements whose stress is averaged: 32 degrees
 ACROSS = 0.99  # a direction whose cosine with a shell's normal is larger has no projection to speak of
@@ -91,14 +97,14 @@ class SharedNode:
         m, in the model's frame.
     axes : (3, 3)
         Rows: the axes of the components.
-    pieces : tuple of (Block, (ne,) int, (ne, nl) int)
+    pieces : tuple of (StressBlock, (ne,) int, (ne, nl) int)
         Elements, which of their nodes it is, and their DOFs.
     """
 
     name: str
     position: np.ndarray
     axes: np.ndarray
-    pieces: tuple[tuple[Block, np.ndarray, np.ndarray], ...]
+    pieces: tuple[tuple[StressBlock, np.ndarray, np.ndarray], ...]
 
     def stresses(self, Phi: np.ndarray) -> Iterator[tuple[str, Stress]]:
         """Yield name and stress of each point of the section for each column of ``Phi (n_dof, k)``."""
@@ -175,19 +181,21 @@ def stress_recovery(model: FEModel, mesh: Mesh, points: Mapping[str, StressPoint
     """
     if model.strain_energy is None:
         raise InputError("a model from matrices knows no elements and no stress; assemble the mesh, or name no points")
+    blocks = [block for block in model.strain_energy.blocks if isinstance(block, StressBlock)]
     found: list[SharedNode] = []
     for name, spec in points.items():
         if not name or {"/", "."} & set(name):
             raise InputError(f"stress point {name!r} cannot be the name of channels; leave '.' and '/' out")
         try:
-            found += _shared_nodes(model, mesh, name, spec, MOST - len(found))
+            found += _shared_nodes(model, blocks, mesh, name, spec, MOST - len(found))
         except InputError as error:
             raise InputError(f"stress point {name!r}: {error}") from None
     return StressRecovery(tuple(found))
 
 
-def _shared_nodes(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: int) -> list[SharedNode]:
-    blocks = [block for block in model.strain_energy.blocks if hasattr(block, "nodal_stress")]
+def _shared_nodes(
+    model: FEModel, blocks: list[StressBlock], mesh: Mesh, name: str, spec: StressPoint, most: int
+) -> list[SharedNode]:
     own = None if spec.element_group is None else list(mesh.group(spec.element_group).values())
     used = _used(len(mesh.points), own if own is not None else [block.nodes for block in blocks])
     nodes = np.intersect1d(spec.nodes(mesh, used), used)
@@ -196,7 +204,7 @@ def _shared_nodes(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most
     pieces = [block.piece(rows) for block in blocks if len(rows := _touching(block.nodes, nodes, own))]
     if spec.direction is not None:
         pieces = [piece.piece(_pointing(piece, spec.direction)) for piece in pieces]
-    at = {int(node): there for node in nodes if (there := _at(node, pieces))}
+    at = {int(node): there for node in nodes if (there := _meeting(node, pieces))}
     if not at:
         which = f" of group {spec.element_group!r}" if spec.element_group else ""
         which += f" in direction {list(spec.direction)}" if spec.direction else ""
@@ -224,7 +232,7 @@ def _touching(cells: np.ndarray, nodes: np.ndarray, own: list[np.ndarray] | None
     return rows[[tuple(cell) in wanted for cell in cells[rows].tolist()]]
 
 
-def _pointing(block: Block, direction: Vector) -> np.ndarray:
+def _pointing(block: StressBlock, direction: Vector) -> np.ndarray:
     """Return the rows of a block whose main axis is within 32 degrees of a direction."""
     main = block.alike[:1]
     size = np.linalg.norm(direction)
@@ -233,7 +241,7 @@ def _pointing(block: Block, direction: Vector) -> np.ndarray:
     return np.flatnonzero(block.frame[:, main[0]] @ np.asarray(direction) >= ALIKE * size)
 
 
-def _at(node: int, pieces: list[Block]) -> list[tuple[Block, np.ndarray]]:
+def _meeting(node: int, pieces: list[StressBlock]) -> list[tuple[StressBlock, np.ndarray]]:
     """Return the elements at a node, and which of their nodes it is."""
     found = []
     for piece in pieces:

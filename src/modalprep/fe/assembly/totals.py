@@ -123,7 +123,7 @@ class Totals:
         self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
         self.scalar: np.ndarray | None = None
         self.functions = None if graph is None else NodeProducts(graph, dof)
-        self.pairs = np.zeros((len(PAIRS), len(thin.indices))) if thin else None
+        self.pairs = np.zeros((len(PAIRS), len(thin.indices) if thin else 0))
 
     def add(self, block: Block, pairs: np.ndarray, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
         """Add one block's stiffness and mass; ``pairs (ne, nn, nn)`` of its nodes, in the graph of `pattern`."""
@@ -133,14 +133,16 @@ class Totals:
             return
         self.rigid += mass.rigid
         self._add_linear(block, mass)
-        if mass.scalar is not None:
+        if mass.form == "scalar":
             self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
-            self.pattern.add_scalar(self.scalar[:, None], block.nodes, pairs, mass.scalar[..., None])
-        elif mass.functions is not None:
-            self.functions.add(block.nodes, mass.functions)
+            self.pattern.add_scalar(self.scalar[:, None], block.nodes, pairs, mass.tensor[..., None])
+        elif mass.form == "functions":
+            assert self.functions is not None  # the parts of this form are in its graph
+            self.functions.add(block.nodes, mass.tensor)
         else:
-            self.pattern.add(self.M[None], block.nodes, pairs, mass.pairs[:, [0, 3, 5]].sum(axis=1, keepdims=True))
-            self.thin.add(self.pairs, block.nodes, pairs_of(self.thin.graph, block.nodes), mass.pairs)
+            assert self.thin is not None  # the parts of this form are in its pattern
+            self.pattern.add(self.M[None], block.nodes, pairs, mass.matrix()[:, None])
+            self.thin.add(self.pairs, block.nodes, pairs_of(self.thin.graph, block.nodes), mass.tensor)
 
     def _add_linear(self, block: Block, mass: MassObjects) -> None:
         dofs = self.dof[block.nodes, : block.components].ravel()

@@ -12,7 +12,7 @@ import numpy as np
 
 from modalprep.fe.elements.arms import RotatingArms
 from modalprep.fe.elements.beam import BeamBlock
-from modalprep.fe.elements.block import NodalStress
+from modalprep.fe.elements.block import Block, NodalStress
 from modalprep.fe.elements.mass import MassObjects
 from modalprep.fe.properties.properties import Beam
 
@@ -21,7 +21,7 @@ DOFS = [np.concatenate([np.arange(6 * i, 6 * i + 6) for i in half]) for half in 
 
 
 @dataclass(frozen=True, eq=False)
-class ThreeNodeBeamBlock:
+class ThreeNodeBeamBlock(Block):
     """Beams of three nodes of one property.
 
     Attributes
@@ -49,11 +49,11 @@ class ThreeNodeBeamBlock:
         InputError
             As of beams of two nodes.
         """
-        built = [
+        first, second = (
             BeamBlock.build(kind, points, nodes[:, half], _half(section, k), _half_data(data, k), origin)
             for k, half in enumerate(HALVES)
-        ]
-        return cls(section, nodes, tuple(built))
+        )
+        return cls(section, nodes, (first, second))
 
     @property
     def frame(self) -> np.ndarray:
@@ -76,11 +76,13 @@ class ThreeNodeBeamBlock:
 
     def energy(self, d: np.ndarray) -> np.ndarray:
         """Strain energy ``(ne,)`` at finite displacements ``d (ne, 18)``."""
-        return sum(block.energy(d[:, dofs]) for block, dofs in zip(self.halves, DOFS, strict=True))
+        first, second = (block.energy(d[:, dofs]) for block, dofs in zip(self.halves, DOFS, strict=True))
+        return first + second
 
     def volume(self) -> np.ndarray:
         """Area times length ``(ne,)``, m^3."""
-        return sum(block.volume() for block in self.halves)
+        first, second = self.halves
+        return first.volume() + second.volume()
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1."""
@@ -91,8 +93,8 @@ class ThreeNodeBeamBlock:
         for part, dofs in zip(parts, DOFS, strict=True):
             g[:, dofs] += part.g
             h[:, dofs] += part.h
-            pairs[:, :, dofs[:, None], dofs] += part.pairs
-        return MassObjects(g, h, parts[0].rigid + parts[1].rigid, pairs=pairs)
+            pairs[:, :, dofs[:, None], dofs] += part.tensor
+        return MassObjects(g, h, parts[0].rigid + parts[1].rigid, "pairs", pairs)
 
     def rotating_arms(self) -> RotatingArms:
         """Mass off the line of the nodes."""
@@ -117,7 +119,8 @@ class ThreeNodeBeamBlock:
 
     def piece(self, some: slice | np.ndarray) -> ThreeNodeBeamBlock:
         """Return the block of `some` of the elements."""
-        return replace(self, nodes=self.nodes[some], halves=tuple(block.piece(some) for block in self.halves))
+        first, second = self.halves
+        return replace(self, nodes=self.nodes[some], halves=(first.piece(some), second.piece(some)))
 
     def _summed(self, parts: list[np.ndarray]) -> np.ndarray:
         K = np.zeros((len(self.nodes), 18, 18), dtype=parts[0].dtype)

@@ -81,7 +81,7 @@ class Along(NamedTuple):
 
     def piece(self, some: slice | np.ndarray) -> Along:
         """Return the fields of `some` of the elements."""
-        return Along(*(x[some] if np.ndim(x) > 1 else x for x in self))
+        return self._replace(**{name: getattr(self, name)[some] for name in ("value", "grad", "rate", "dx")})
 
     def transformed(self, T: np.ndarray) -> Along:
         """Return the fields per other DOFs, of which the present ones are ``T (ne, 12, n)``."""

@@ -21,11 +21,13 @@ elements, ibid. 194 (2005) 2285.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.fe.elements.arms import add_arms, node_transformation
+from modalprep.fe.elements.block import Block
 from modalprep.fe.links.interface import link_geometric_stiffness
 from modalprep.vectors import rotation_matrix, skew
 
@@ -88,15 +90,63 @@ def line_rotation(length: np.ndarray) -> np.ndarray:
     return axes_rotation.reshape(-1, 3, 12)
 
 
-class Corotational:
-    """An element whose axes rotate with it, with six DOFs per node: beams, shells, bars with torque and bushings.
+class Rotating(Protocol):
+    """What a family provides: its axes, and the rotation of the axes per nodal DOF as in `corotational_stiffness`."""
 
-    A family provides `frame (ne, 3, 3)` and `arm (ne, n, 3)` in mesh axes, `position (ne, n, 3)` and
-    `axes_rotation (ne, 3, 6n)` in element axes, as in `corotational_stiffness`, its `stiffness`, and the fields on
-    which the internal stress does work, `inner_fields` and `inner_weights`.
-    """
+    @property
+    def components(self) -> int:
+        """6, or 3 of elements whose nodes have no rotations."""
+        ...
+
+    @property
+    def frame(self) -> np.ndarray:
+        """(ne, 3, 3) in mesh axes."""
+        ...
+
+    @property
+    def arm(self) -> np.ndarray:
+        """(ne, n, 3) in mesh axes."""
+        ...
+
+    @property
+    def position(self) -> np.ndarray:
+        """(ne, n, 3) in element axes."""
+        ...
+
+    @property
+    def axes_rotation(self) -> np.ndarray:
+        """(ne, 3, 6n) in element axes."""
+        ...
+
+    def stiffness(self) -> np.ndarray:
+        """(ne, 6n, 6n) in mesh axes."""
+        ...
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
+        """As of `Corotational`."""
+        ...
+
+    def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As of `Corotational`."""
+        ...
+
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """As of `Block`."""
+        ...
+
+    def straining(self) -> np.ndarray:
+        """As of `Corotational`."""
+        ...
+
+
+class Corotational(Block):
+    """An element whose axes rotate with it, with six DOFs per node: beams, shells, bars with torque and bushings.
+
+    A family provides what `Rotating` lists; the fields on which the internal stress does work are `inner_fields` and
+    `inner_weights`.
+    """
+
+    def inner_fields(self: Rotating) -> tuple[np.ndarray, np.ndarray]:
         """Fields ``(ne, nq, r, 6n)`` at quadrature points and ``(ne, s, 6n)`` at sides or ends, per local DOF.
 
         The default is an element without an inside.
@@ -111,30 +161,17 @@ class Corotational:
         """
         return np.zeros((len(d), 1, 0, 0)), np.zeros((len(d), 0, 0))
 
-    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+    def geometric_stiffness(self: Rotating, d: np.ndarray) -> np.ndarray:
         """Geometric stiffness ``(ne, 6n, 6n)`` of the prestress from the displacements ``d (ne, 6n)``, mesh axes."""
-        return next(self.geometric_stiffnesses(d[..., None]))
+        return next(_geometric_stiffnesses(self, d[..., None]))
 
-    def geometric_stiffnesses(self, d: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield the geometric stiffness of each of the displacements ``d (ne, 6n, k)``."""
-        ne, n, _ = self.arm.shape
-        K = self.stiffness()
-        T = node_transformation(self.frame, self.arm)
-        axes_rotation = self.frame.transpose(0, 2, 1) @ self.axes_rotation @ T
-        position = self.position @ self.frame
-        at_points, at_sides = (_applied(fields, self._straining() @ T) for fields in self.inner_fields())
-        for k in range(d.shape[2]):
-            force, moment = np.split((K @ d[:, :, k, None]).reshape(ne, n, 6), 2, axis=2)
-            Kg = corotational_stiffness(axes_rotation, position, force, moment - np.cross(self.arm, force), self.arm)
-            weight, more = self.inner_weights(d[:, :, k])
-            flat = at_points.reshape(ne, at_points.shape[1] * at_points.shape[2], 6 * n)
-            Kg += flat.transpose(0, 2, 1) @ (weight @ at_points).reshape(flat.shape)
-            Kg += at_sides.transpose(0, 2, 1) @ (more @ at_sides)
-            if np.any(self.arm):
-                add_arms(Kg, force, self.arm)
-            yield (Kg + Kg.transpose(0, 2, 1)) / 2
+    def geometric_stiffnesses(self: Rotating, d: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield the geometric stiffness of each of the displacements ``d (ne, nl, k)``."""
+        if self.components == 6:
+            return _geometric_stiffnesses(self, d)
+        return (self.geometric_stiffness(d[..., k]) for k in range(d.shape[2]))
 
-    def _straining(self) -> np.ndarray:
+    def straining(self: Rotating) -> np.ndarray:
         """Return the projector ``(ne, 6n, 6n)`` on displacements without the rotation of the element."""
         ne, n, _ = self.position.shape
         rigid = np.zeros((ne, n, 6, 3))
@@ -142,7 +179,7 @@ class Corotational:
         rigid[:, :, 3:] = np.eye(3)
         return np.eye(6 * n) - rigid.reshape(ne, 6 * n, 3) @ self.axes_rotation
 
-    def energy(self, d: np.ndarray) -> np.ndarray:
+    def energy(self: Rotating, d: np.ndarray) -> np.ndarray:
         """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, 6n)``, rotation vectors at the nodes.
 
         The displacements that strain the element, with the axes turned finitely, in the energy of the linear element
@@ -158,17 +195,37 @@ class Corotational:
         rotations = _vector(back[:, None] @ rotation_matrix(rotations))
         y = np.concatenate([ends, rotations], axis=2).reshape(ne, 6 * n, 1)
         x = np.linalg.solve(node_transformation(self.frame, self.arm), y)
-        fields = [_applied(field, self._straining() @ y) for field in self.inner_fields()]
+        fields = [_applied(field, self.straining() @ y) for field in self.inner_fields()]
         weights = self.inner_weights(x[..., 0])
         inner = [np.sum(z * (w @ z), axis=tuple(range(1, z.ndim))) for z, w in zip(fields, weights, strict=True)]
-        return ((x.transpose(0, 2, 1) @ self.stiffness() @ x).ravel() + sum(inner)) / 2
+        return ((x.transpose(0, 2, 1) @ self.stiffness() @ x).ravel() + inner[0] + inner[1]) / 2
+
+
+def _geometric_stiffnesses(element: Rotating, d: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the geometric stiffness of each of the displacements ``d (ne, 6n, k)``."""
+    ne, n, _ = element.arm.shape
+    K = element.stiffness()
+    T = node_transformation(element.frame, element.arm)
+    axes_rotation = element.frame.transpose(0, 2, 1) @ element.axes_rotation @ T
+    position = element.position @ element.frame
+    at_points, at_sides = (_applied(fields, element.straining() @ T) for fields in element.inner_fields())
+    for k in range(d.shape[2]):
+        force, moment = np.split((K @ d[:, :, k, None]).reshape(ne, n, 6), 2, axis=2)
+        Kg = corotational_stiffness(axes_rotation, position, force, moment - np.cross(element.arm, force), element.arm)
+        weight, side_weight = element.inner_weights(d[:, :, k])
+        rows = at_points.reshape(ne, at_points.shape[1] * at_points.shape[2], 6 * n)
+        Kg += rows.transpose(0, 2, 1) @ (weight @ at_points).reshape(rows.shape)
+        Kg += at_sides.transpose(0, 2, 1) @ (side_weight @ at_sides)
+        if np.any(element.arm):
+            add_arms(Kg, force, element.arm)
+        yield (Kg + Kg.transpose(0, 2, 1)) / 2
 
 
 def _applied(fields: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return fields ``(ne, .., 6n)`` of displacements ``(ne, 6n, k)``, ``(ne, .., k)``."""
     rows = int(np.prod(fields.shape[1:-1]))
-    flat = fields.reshape(len(fields), rows, fields.shape[-1])
-    return (flat @ columns).reshape(*fields.shape[:-1], columns.shape[2])
+    matrix = fields.reshape(len(fields), rows, fields.shape[-1])
+    return (matrix @ columns).reshape(*fields.shape[:-1], columns.shape[2])
 
 
 def _vector(matrix: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from modalprep.fe.elements.arms import RotatingArms
 from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.lumped import LumpedMass
-from modalprep.fe.elements.mass import MassObjects
+from modalprep.fe.elements.mass import Form, MassObjects
 from modalprep.fe.elements.nastran_mass import NastranMass
 from modalprep.fe.elements.point import MassBlock
 from modalprep.fe.elements.truss import TrussBlock
@@ -21,14 +21,23 @@ Distribution = Literal["coupled", "lumped", "nastran"]
 class Inertia(Protocol):
     """The mass of some elements, as sums over a model need it."""
 
-    nodes: np.ndarray
-    components: int
+    @property
+    def nodes(self) -> np.ndarray:
+        """(ne, nn) int."""
+        ...
+
+    @property
+    def components(self) -> int:
+        """3 or 6."""
+        ...
 
     def mass(self) -> MassObjects | None:
         """Every mass object of theory 1; None without mass."""
+        ...
 
     def rotating_arms(self) -> RotatingArms | None:
         """Mass beside the nodes that turns with them."""
+        ...
 
 
 class MassRule(NamedTuple):
@@ -49,7 +58,7 @@ class MassRule(NamedTuple):
     distribution: Distribution = "coupled"
     coupled: bool = False
 
-    def tensor(self, family: type[Block]) -> str | None:
+    def tensor(self, family: type[Block]) -> Form | None:
         """Return the form of `MassObjects` that the elements of a family have."""
         mixed = self.distribution == "nastran" and self.coupled and issubclass(family, TrussBlock)
         return "pairs" if mixed else family.tensor

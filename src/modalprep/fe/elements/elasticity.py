@@ -22,14 +22,11 @@ class Elasticity:
 
     Attributes
     ----------
-    lame : (float, float) or None
-        Lame's constants of an isotropic material, Pa.
-    moduli : (ne or 1, 3, 3, 3, 3) or None
-        Of others, in mesh axes: ``sigma_ab = c_abkl u_k,l``, Pa.
+    moduli : (float, float) or (ne or 1, 3, 3, 3, 3)
+        Lame's constants of an isotropic material, Pa; of others, in mesh axes: ``sigma_ab = c_abkl u_k,l``, Pa.
     """
 
-    lame: tuple[float, float] | None
-    moduli: np.ndarray | None
+    moduli: tuple[float, float] | np.ndarray
 
     @classmethod
     def of(cls, section: Solid, frames: np.ndarray | None = None) -> Elasticity:
@@ -42,19 +39,19 @@ class Elasticity:
         """
         material = section.material
         if isinstance(material, Material):
-            return cls((material.E * material.nu / ((1 + material.nu) * (1 - 2 * material.nu)), material.G), None)
+            return cls((material.E * material.nu / ((1 + material.nu) * (1 - 2 * material.nu)), material.G))
         c = material.moduli()[np.array(PLACE)[:, :, None, None], np.array(PLACE)]
         own = np.eye(3) if section.axes is None else frame_of_axes(section.axes, "a solid")
         R = own[None] if frames is None else np.where(np.isnan(frames), own, frames)
         if np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max() > ORTHONORMAL:
             raise InputError("the axes of the material of a solid element are not orthonormal; correct its frame")
-        return cls(None, np.einsum("eia,ejb,ekc,eld,ijkl->eabcd", R, R, R, R, c, optimize=True))
+        return cls(np.einsum("eia,ejb,ekc,eld,ijkl->eabcd", R, R, R, R, c, optimize=True))
 
     def stiffness(self, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
         """Return the stiffness ``(ne, 3 nf, 3 nf)`` of shapes with gradients ``grad (ne, nq, nf, 3)``."""
         K = np.empty((len(dx), 3 * grad.shape[2], 3 * grad.shape[2]))
-        if self.moduli is None:
-            in_threads(elastic, len(dx), grad, dx, *self.lame, K)
+        if isinstance(self.moduli, tuple):
+            in_threads(elastic, len(dx), grad, dx, *self.moduli, K)
         else:
             in_threads(directional_elastic, len(dx), grad, dx, self.moduli, K)
         return K
@@ -62,21 +59,22 @@ class Elasticity:
     def stress(self, grad: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return Cauchy's stress ``(ne, nq, 3, 3, k)``, Pa, of displacements ``d (ne, nf, 3, k)`` of the shapes."""
         d, sigma = np.ascontiguousarray(d), np.empty((*grad.shape[:2], 3, 3, d.shape[3]))
-        if self.moduli is None:
-            in_threads(isotropic_stress, len(d), grad, d, *self.lame, sigma)
+        if isinstance(self.moduli, tuple):
+            in_threads(isotropic_stress, len(d), grad, d, *self.moduli, sigma)
         else:
             in_threads(directional_stress, len(d), grad, d, self.moduli, sigma)
         return sigma
 
     def energy(self, strain: np.ndarray) -> np.ndarray:
         """Return the energy per volume ``(ne, nq)`` of symmetric strains ``(ne, nq, 3, 3)``."""
-        if self.moduli is not None:
-            c = np.broadcast_to(self.moduli, (len(strain), 3, 3, 3, 3))
-            return np.einsum("eqab,eabcd,eqcd->eq", strain, c, strain, optimize=True) / 2
-        lam, mu = self.lame
-        return lam * np.einsum("eqaa->eq", strain) ** 2 / 2 + mu * np.einsum("eqab,eqab->eq", strain, strain)
+        if isinstance(self.moduli, tuple):
+            lam, mu = self.moduli
+            return lam * np.einsum("eqaa->eq", strain) ** 2 / 2 + mu * np.einsum("eqab,eqab->eq", strain, strain)
+        c = np.broadcast_to(self.moduli, (len(strain), 3, 3, 3, 3))
+        return np.einsum("eqab,eabcd,eqcd->eq", strain, c, strain, optimize=True) / 2
 
     def piece(self, some: slice | np.ndarray) -> Elasticity:
         """Return that of `some` of the elements."""
-        same = self.moduli is None or len(self.moduli) == 1
-        return self if same else Elasticity(None, self.moduli[some])
+        if isinstance(self.moduli, tuple) or len(self.moduli) == 1:
+            return self
+        return Elasticity(self.moduli[some])

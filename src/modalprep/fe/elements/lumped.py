@@ -10,6 +10,7 @@ from modalprep.fe.elements.arms import RotatingArms, mass_arms
 from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import (
+    Form,
     MassObjects,
     MassSamples,
     NodalFunctions,
@@ -36,7 +37,7 @@ class LumpedMass:
         Nodes in the model's frame, and the arms from them to the points, m.
     """
 
-    tensor: str
+    tensor: Form
     nodes: np.ndarray
     components: int
     weight: np.ndarray
@@ -46,6 +47,7 @@ class LumpedMass:
     @classmethod
     def of(cls, block: Block, points: np.ndarray) -> LumpedMass:
         """Lump the mass of a block; ``points (n, 3)`` in the model's frame."""
+        assert block.tensor is not None  # blocks without mass are not lumped
         at = points[block.nodes]
         arm = getattr(block, "arm", np.zeros_like(at))
         return cls(block.tensor, block.nodes, block.components, nodal_masses(block), at, arm)
@@ -94,7 +96,7 @@ class LumpedMass:
             h[:, :, a, a] = self.weight[..., None] * self.at
         scalar = self.weight[:, :, None] * np.eye(nn)
         rigid = rigid_from_samples(self.weight, np.ones(nn), self.at)
-        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, scalar)
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, "scalar", scalar)
 
 
 def nodal_masses(block: Block) -> np.ndarray:
@@ -111,6 +113,7 @@ def nodal_masses(block: Block) -> np.ndarray:
     if isinstance(block, BeamBlock):
         return block.nodal_masses()
     mass = block.mass()
+    assert mass is not None  # blocks without mass are not lumped
     ne, nn = block.nodes.shape
     rows = mass.g.reshape(ne, nn, block.components, 3)[:, :, 0, 0]
     total = rows.sum(axis=1, keepdims=True)
@@ -121,8 +124,8 @@ def nodal_masses(block: Block) -> np.ndarray:
 
 
 def _diagonal(mass: MassObjects, ne: int, nn: int) -> np.ndarray:
-    if mass.scalar is not None:
-        return np.einsum("eii->ei", mass.scalar)
+    if mass.form == "scalar":
+        return np.einsum("eii->ei", mass.tensor)
     translations = mass.of_translations().reshape(ne, nn, 3, nn, 6)
     return np.einsum("eiaia->ei", translations[..., :3])
 

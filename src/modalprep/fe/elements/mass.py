@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+SAME = [PAIRS.index((a, a)) for a in range(3)]
+Form = Literal["scalar", "functions", "pairs"]
 
 
 @dataclass(frozen=True)
@@ -26,49 +28,54 @@ class RigidInertia:
 class MassObjects(NamedTuple):
     """Mass of one block: linear vectors, mass tensor and rigid inertia of theory 1.
 
-    The tensor has one of three forms, which the family states as its `tensor`.
+    Attributes
+    ----------
+    g : (ne, nl, 3)
+    h : (ne, nl, 3, 3)
+        ``h[..., a, b] = int rho x_b N_a``.
+    rigid : RigidInertia
+    form : {"scalar", "functions", "pairs"}
+    tensor : array
+        "scalar": ``(ne, nn, nn)``, where every component of displacement has the same shapes; "functions":
+        ``(ne, 10 nn, 10 nn)``, products of the functions of `NodalFunctions`; "pairs": ``(ne, 6, nl, nl)`` in the order
+        of PAIRS.
     """
 
-    g: np.ndarray  # (ne, nl, 3)
-    h: np.ndarray  # (ne, nl, 3, 3), h[..., a, b] = int rho x_b N_a
+    g: np.ndarray
+    h: np.ndarray
     rigid: RigidInertia
-    scalar: np.ndarray | None = None  # (ne, nn, nn): every component of displacement has the same shapes
-    functions: np.ndarray | None = None  # (ne, 10 nn, 10 nn): products of the functions of `NodalFunctions`
-    pairs: np.ndarray | None = None  # (ne, 6, nl, nl) in the order of PAIRS
+    form: Form
+    tensor: np.ndarray
 
     def rows(self, some: np.ndarray) -> MassObjects:
         """Return the objects of `some` of the elements; `rigid` stays that of all."""
-        arrays = {k: x[some] for k, x in self._asdict().items() if k != "rigid" and x is not None}
-        return self._replace(**arrays)
+        return self._replace(g=self.g[some], h=self.h[some], tensor=self.tensor[some])
 
     def matrix(self) -> np.ndarray:
         """Return the mass matrices ``(ne, nl, nl)``."""
         ne, nl = self.g.shape[:2]
-        if self.pairs is not None:
-            return self.pairs[:, [PAIRS.index((a, a)) for a in range(3)]].sum(axis=1)
-        if self.scalar is not None:
-            nn = self.scalar.shape[1]
+        if self.form == "pairs":
+            return self.tensor[:, SAME].sum(axis=1)
+        if self.form == "scalar":
+            nn = self.tensor.shape[1]
             unit = np.diag(np.arange(nl // nn) < 3).astype(float)
-            return np.einsum("eij,ab->eiajb", self.scalar, unit).reshape(ne, nl, nl)
+            return np.einsum("eij,ab->eiajb", self.tensor, unit).reshape(ne, nl, nl)
         nn = nl // 6
-        total = 0.0
+        pick = np.zeros((3, nn, 10, nn, 6))
         for a in range(3):
-            pick = np.zeros((nn, 10, nn, 6))
             for i in range(nn):
-                pick[i, 9, i, a] = 1.0
-                pick[i, 3 * a : 3 * a + 3, i, 3:] = np.eye(3)
-            pick = pick.reshape(10 * nn, 6 * nn)
-            total = total + pick.T @ self.functions @ pick
-        return total
+                pick[a, i, 9, i, a] = 1.0
+                pick[a, i, 3 * a : 3 * a + 3, i, 3:] = np.eye(3)
+        pick = pick.reshape(3, 10 * nn, 6 * nn)
+        return (pick.swapaxes(1, 2) @ self.tensor[:, None] @ pick).sum(axis=1)
 
     def of_translations(self) -> np.ndarray:
         """Rows ``(ne, nn, 3, nl)`` of the mass matrix at the translations of nodes with six DOFs."""
         ne, nl = self.g.shape[:2]
         nn = nl // 6
-        if self.pairs is not None:
-            total = sum(self.pairs[:, PAIRS.index((a, a))] for a in range(3))
-            return total.reshape(ne, nn, 6, nl)[:, :, :3]
-        products = self.functions.reshape(ne, nn, 10, nn, 10)[:, :, 9]
+        if self.form == "pairs":
+            return self.matrix().reshape(ne, nn, 6, nl)[:, :, :3]
+        products = self.tensor.reshape(ne, nn, 10, nn, 10)[:, :, 9]
         rows = np.zeros((ne, nn, 3, nn, 6))
         for a in range(3):
             rows[:, :, a, :, a] = products[..., 9]
@@ -131,7 +138,7 @@ class NodalFunctions(NamedTuple):
             h[:, :, a, a], h[:, :, 3:, a] = moved[..., 1:], turned[..., 1:]
         rigid = rigid_from_samples(self.weight, self.unit, self.position)
         linear = g.reshape(ne, 6 * nn, 3), h.reshape(ne, 6 * nn, 3, 3)
-        return MassObjects(*linear, rigid, functions=weighted @ values)
+        return MassObjects(*linear, rigid, "functions", weighted @ values)
 
 
 def mass_from_samples(s: MassSamples) -> MassObjects:
@@ -145,7 +152,7 @@ def mass_from_samples(s: MassSamples) -> MassObjects:
         values = np.swapaxes(shape[a], 1, 2) @ weighted[b]
         pairs[:, k] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
     rigid = rigid_from_samples(s.weight, s.unit, s.position)
-    return MassObjects(g, h.transpose(1, 3, 0, 2), rigid, pairs=pairs)
+    return MassObjects(g, h.transpose(1, 3, 0, 2), rigid, "pairs", pairs)
 
 
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:

@@ -8,6 +8,7 @@ theory 1 belong to the same mass.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +60,7 @@ class NastranMass:
             whole = [ends]
             parts = [ends, *self._mean(ends, self._along())]
         else:
-            line = self._line()
+            line = _line(self.block)
             whole = [line]
             parts = [line, *(_scaled(part, -1.0) for part in self._mean(ends, line))]
         turning = self._about_axis()
@@ -75,17 +76,11 @@ class NastranMass:
     def rotating_arms(self) -> RotatingArms | None:
         """Mass on the arms of eccentric beams, and the inertia about the axis."""
         parts = []
-        for samples, rotation in zip(self._about_axis(), self._rotations(), strict=True):
-            parts.append(section_arms(samples.weight, samples.position, np.repeat(rotation, 3, axis=1)))
+        for inertia, rotation in self._axis_inertia():
+            parts.append(section_arms(inertia * ABOUT_AXIS, self.block.frame, np.repeat(rotation, 3, axis=1)))
         if np.any(self.lumped.arm):
             parts.append(nodal_arms(self.mass(), self.lumped.arm) if self.coupled else self.lumped.rotating_arms())
         return RotatingArms.joined(parts) if parts else None
-
-    def _line(self) -> MassSamples:
-        """The mass of a beam on its centroid line."""
-        b = self.block
-        shape = np.einsum("eca,eqcj->eqaj", b.frame, b.at_nodes.value[:, :, :3])
-        return MassSamples(b.line_mass, np.ones(b.dx.shape[1]), b.centre, shape)
 
     def _along(self) -> MassSamples:
         """The mass of a rod at two Gauss points of its line."""
@@ -96,33 +91,35 @@ class NastranMass:
         total = self.lumped.weight.sum(axis=1, keepdims=True)
         return MassSamples(np.repeat(total / 2, 2, axis=1), np.ones(2), position, shape)
 
-    def _has_axis_inertia(self) -> bool:
-        return isinstance(self.block, BeamBlock) and not self.block.section.bar
-
     def _about_axis(self) -> list[MassSamples]:
         """Inertia about the axis of the beams only, one set of samples for each place."""
-        found = []
-        if not self._has_axis_inertia():
-            return found
-        for rotation, inertia in zip(self._rotations(), self._axis_inertia(), strict=True):
-            shape = -skew(self.block.frame) @ rotation
-            found.append(MassSamples(inertia * ABOUT_AXIS, np.zeros(3), self.block.frame, shape))
-        return found
+        frame = self.block.frame
+        return [
+            MassSamples(inertia * ABOUT_AXIS, np.zeros(3), frame, -skew(frame) @ rotation)
+            for inertia, rotation in self._axis_inertia()
+        ]
 
-    def _axis_inertia(self) -> list[np.ndarray]:
-        """Inertia ``(ne, 1)`` about the axis at each place, kg m^2."""
-        own = self.block.inside
-        inertia = self.block.section.material.rho * (own.Iy + own.Iz) * own.dx
-        return list(inertia.T[..., None]) if self.coupled else [inertia.sum(axis=1, keepdims=True) / 2] * 2
+    def _axis_inertia(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield inertia about the axis ``(ne, 1)``, kg m^2, and rotation ``(ne, 1, 3, 12)``, mesh axes, of each place.
 
-    def _rotations(self) -> list[np.ndarray]:
-        """Rotation ``(ne, 1, 3, 12)`` in mesh axes at each place of the inertia about the axis."""
-        if not self._has_axis_inertia():
-            return []
+        Nothing of bars and rods.
+        """
+        b = self.block
+        if not isinstance(b, BeamBlock) or b.section.bar:
+            return
+        inertia = b.section.material.rho * (b.inside.Iy + b.inside.Iz) * b.inside.dx
+        rotation = np.swapaxes(b.frame, 1, 2)[:, None] @ b.at_nodes.value[:, :, 3:]
         if not self.coupled:
-            return list(np.moveaxis(self.lumped.rotations(), 1, 0)[:, :, None])
-        rotation = np.swapaxes(self.block.frame, 1, 2)[:, None] @ self.block.at_nodes.value[:, :, 3:]
-        return list(np.moveaxis(rotation, 1, 0)[:, :, None])
+            inertia = np.repeat(inertia.sum(axis=1, keepdims=True) / 2, 2, axis=1)
+            rotation = self.lumped.rotations()
+        for q in range(inertia.shape[1]):
+            yield inertia[:, q, None], rotation[:, q, None]
+
+
+def _line(b: BeamBlock) -> MassSamples:
+    """Return the mass of beams on their centroid line."""
+    shape = np.einsum("eca,eqcj->eqaj", b.frame, b.at_nodes.value[:, :, :3])
+    return MassSamples(b.line_mass, np.ones(b.dx.shape[1]), b.centre, shape)
 
 
 def _axial(samples: MassSamples, axis: np.ndarray) -> MassSamples:

@@ -8,6 +8,7 @@ import numpy as np
 
 from modalprep.fe.elements.arms import RotatingArms, mass_arms, node_transformation, section_arms
 from modalprep.fe.elements.beam import line_frames
+from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
 from modalprep.fe.properties.points import PointMass, Spring
@@ -17,7 +18,7 @@ ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
-class MassBlock:
+class MassBlock(Block):
     """Rigid masses at nodes: four samples, the mass centre and one along each principal axis of inertia.
 
     Attributes
@@ -37,20 +38,6 @@ class MassBlock:
     def build(cls, kind, points, nodes, section, data, origin) -> MassBlock:
         """Take the nodes ``(ne, 1)`` at ``points (n, 3)`` (mesh axes); `origin` is the model's origin."""
         return cls(section, nodes, points[nodes[:, 0]] - origin, 6 if _has_rotations(section) else 3)
-
-    def stiffness(self) -> None:
-        """None: a point mass has no stiffness."""
-
-    def geometric_stiffness(self, d: np.ndarray) -> None:
-        """None: a point mass has no stress."""
-
-    def energy(self, d: np.ndarray) -> np.ndarray:
-        """Zero ``(ne,)``: a point mass has no strain energy."""
-        return np.zeros(len(self.nodes))
-
-    def volume(self) -> np.ndarray:
-        """Zero ``(ne,)``: a point has no volume."""
-        return np.zeros(len(self.nodes))
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1.
@@ -124,7 +111,6 @@ class SpringBlock(Corotational):
         -1 at the first of two nodes.
     """
 
-    tensor = None
     section: Spring
     nodes: np.ndarray
     strain: np.ndarray
@@ -154,19 +140,9 @@ class SpringBlock(Corotational):
         K = self.strain.transpose(0, 2, 1) @ weighted
         return (K + K.transpose(0, 2, 1)) / 2
 
-    def mass(self) -> None:
-        """None: a spring has no mass."""
-
     def piece(self, some: slice | np.ndarray) -> SpringBlock:
         """Return the block of `some` of the springs."""
         return replace(self, **{name: getattr(self, name)[some] for name in ("nodes", "strain", "arm", "frame")})
-
-    def rotating_arms(self) -> None:
-        """None: a spring has no mass."""
-
-    def volume(self) -> np.ndarray:
-        """Zero ``(ne,)``: a spring has no volume."""
-        return np.zeros(len(self.nodes))
 
     @property
     def position(self) -> np.ndarray:
@@ -181,9 +157,9 @@ class SpringBlock(Corotational):
         spin[..., 3:] = np.eye(3)[:, None] / 2 if nn == 2 else 0.0
         return spin.reshape(len(self.nodes), 3, 6 * nn)
 
-    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
-        """Work of the spring's force and moment on the rotation of its axes and arms; None without rotations."""
-        return super().geometric_stiffness(d) if self.components == 6 else None
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Work of the spring's force and moment on the rotation of its axes and arms; zero without rotations."""
+        return super().geometric_stiffness(d) if self.components == 6 else np.zeros((*d.shape, d.shape[1]))
 
     def energy(self, d: np.ndarray) -> np.ndarray:
         """Return the strain energy ``(ne,)`` at finite displacements; without rotations the axes are fixed."""

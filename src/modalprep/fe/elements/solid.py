@@ -13,7 +13,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.elements.block import NodalStress
+from modalprep.fe.elements.block import Block, NodalStress
 from modalprep.fe.elements.elasticity import Elasticity
 from modalprep.fe.elements.kernels import gradients, in_threads, measures, stress_stiffness
 from modalprep.fe.elements.mass import MassObjects, rigid_from_samples
@@ -45,7 +45,7 @@ def _middles() -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class SolidBlock:
+class SolidBlock(Block):
     """Solid elements of one kind and property.
 
     Attributes
@@ -58,7 +58,6 @@ class SolidBlock:
     elasticity : Elasticity
     """
 
-    alike = ()
     components = 3
     tensor = "scalar"
     kind: str
@@ -146,7 +145,7 @@ class SolidBlock:
             h[:, :, a, a] = moment
         rigid = rigid_from_samples(rho, np.ones(len(N)), position)
         scalar = (scalar + scalar.transpose(0, 2, 1)) / 2
-        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, scalar)
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, "scalar", scalar)
 
     def volume(self) -> np.ndarray:
         """Volume ``(ne,)``, m^3."""
@@ -184,9 +183,6 @@ class SolidBlock:
         cubic = np.einsum("eqab,eqab->eq", linear, bent)
         elastic = np.einsum("ei,eij,ej->e", d, self.stiffness(), d) / 2
         return elastic + np.sum((cubic + quadratic) * dx, axis=1)
-
-    def rotating_arms(self) -> None:
-        """None: the nodes of solids have no rotations."""
 
     def stress(self, d: np.ndarray) -> np.ndarray:
         """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""

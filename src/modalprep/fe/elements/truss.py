@@ -98,9 +98,6 @@ class TrussBlock(Corotational):
         """(ne, 3, 12) rotation of the bar's axes per local DOF."""
         return line_rotation(self.length)
 
-    def rotating_arms(self) -> None:
-        """None: the mass of a bar is on the line of its nodes."""
-
     @property
     def frame(self) -> np.ndarray:
         """(ne, 3, 3) right-handed axes, the first row along each bar."""
@@ -139,7 +136,7 @@ class TrussBlock(Corotational):
             h[:, :, a, a] = moment
         E0 = np.einsum("eia,eij,ejb->ab", self.ends, scalar, self.ends)
         rigid = RigidInertia(float(rho.sum()), moment.sum(axis=(0, 1)), (E0 + E0.T) / 2)
-        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, scalar)
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, "scalar", scalar)
 
     def _between_nodes(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
         """Put ``[[k, -k], [-k, k]]`` of ``(ne, 3, 3)`` matrices on the DOFs."""

@@ -135,7 +135,7 @@ def cloud(
         points = np.asarray(nodes, dtype=float)
     except (TypeError, ValueError):
         points = np.zeros(0)
-    if points.ndim != 2 or points.shape[1] != 3 or not len(points):
+    if points.shape[1:] != (3,) or not len(points):
         raise InputError(f"nodes has shape {points.shape}; give the coordinates x, y, z of every node, (n_nodes, 3)")
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(bad):

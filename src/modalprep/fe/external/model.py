@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.assemble import root_first, without_unused_dofs
-from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.link_stiffness import LinkStiffness
 from modalprep.fe.assembly.model import FEModel, rigid_motions
 from modalprep.fe.assembly.placing import place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
@@ -148,7 +148,7 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     C, free = without_unused_dofs(constraints.C, constraints.free, K.diagonal() + M.diagonal(), frames)
     R = rigid_motions(np.concatenate([mesh.points, np.reshape(at_frames, (-1, 3))]) - origin, dof, K.shape[0])
     g, h = linear_vectors(M, dof, R)
-    supplied = Supplied(stress_stiffness, GeometricStiffness([], None, K, dof, constraints), n)
+    supplied = Supplied(stress_stiffness, LinkStiffness(K, constraints), n)
     said = () if stress_stiffness else (NO_STIFFENING,)
     turns = (ROTATIONS,) if np.any(dof[: len(mesh.points), 3:] >= 0) else ()
     turns += (NO_ARMS,) if turns and stress_stiffness else ()
@@ -196,14 +196,13 @@ class Supplied:
     ----------
     given : callable
         ``d (n,) -> (n, n)``, over the DOFs of the user's matrices, SI.
-    links : GeometricStiffness
-        Without elements.
+    links : LinkStiffness
     n : int
         Rows of the user's matrices.
     """
 
     given: StressStiffness
-    links: GeometricStiffness
+    links: LinkStiffness
     n: int
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
@@ -212,7 +211,7 @@ class Supplied:
         if Kg.shape[0] != self.n:
             raise InputError(f"geometric_stiffness returned {Kg.shape[0]} rows; return one for each of {self.n} DOFs")
         own = _widened(((Kg + Kg.T) / 2).tocsr(), len(d))
-        return (own + self.links.of_links(self.links.K @ d - load)).tocsr()
+        return (own + self.links(d, load)).tocsr()
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
         """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static response (n_dof, k) under its load."""

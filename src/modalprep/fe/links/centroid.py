@@ -25,7 +25,7 @@ def set_centroid(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
     [0.0, 0.0, 0.5]
     """
     if spec.cylinder:
-        return _on_axis(mesh, np.asarray(spec.cylinder[0], dtype=float), spec.axis(), nodes)
+        return _on_axis(mesh, np.asarray(spec.cylinder[0], dtype=float), spec.cylinder_axis(), nodes)
     faces = cell_faces(mesh.group(spec.group) if spec.group else {})
     if not len(faces):
         return mesh.points[nodes].mean(axis=0)

@@ -98,10 +98,10 @@ class NodeSet:
 
     def _cylinder(self, mesh: Mesh, used: np.ndarray, cylinder: tuple) -> np.ndarray:
         point, _, radius, *given = cylinder
-        distance = np.linalg.norm(np.cross(mesh.points[used] - point, self.axis()), axis=1)
+        distance = np.linalg.norm(np.cross(mesh.points[used] - point, self.cylinder_axis()), axis=1)
         return used[np.abs(distance - radius) <= (given[0] if given else _slack(mesh, used))]
 
-    def axis(self) -> np.ndarray:
+    def cylinder_axis(self) -> np.ndarray:
         """Return the direction (3,) of the cylinder's axis, of length one.
 
         Raises

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeGuard, TypeVar
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.distribution import Inertia
 from modalprep.fe.elements.mass import MassObjects
@@ -17,6 +18,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
 
 AXES = ("x", "y", "z")
+Family = TypeVar("Family", bound=Block, covariant=True)
 
 
 class Fields(NamedTuple):
@@ -98,7 +100,7 @@ class Quantity(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class Piece(Generic[Family]):
     """Some elements of one block.
 
     Attributes
@@ -115,7 +117,7 @@ class Piece:
         Of the elements, counted over the model's cell types in alphabetical order.
     """
 
-    block: Block
+    block: Family
     inertia: Inertia
     rows: np.ndarray | None
     dofs: np.ndarray
@@ -154,14 +156,11 @@ def chosen(model: FEModel, mesh: Mesh, where: NodeSet | None) -> list[Piece]:
     InputError
         When the model has no elements, or none is chosen.
     """
-    if model.strain_energy is None:
-        raise InputError(
-            "a model from matrices knows no elements; its reactions, accelerations and displacements can be recovered"
-        )
-    numbers = _numbers(mesh, where, model.strain_energy.blocks)
+    energy = elements_of(model)
+    numbers = _numbers(mesh, where, energy.blocks)
     starts = _starts(model)
     found = []
-    for start, block, inertia in zip(starts, model.strain_energy.blocks, model.rotating_mass.blocks, strict=True):
+    for start, block, inertia in zip(starts, energy.blocks, model.rotating_mass.blocks, strict=True):
         own = np.array([numbers.get(tuple(cell), 0) for cell in block.nodes.tolist()], dtype=int)
         rows = np.flatnonzero(own)
         if len(rows):
@@ -176,6 +175,21 @@ def chosen(model: FEModel, mesh: Mesh, where: NodeSet | None) -> list[Piece]:
     return found
 
 
+def elements_of(model: FEModel) -> StrainEnergy:
+    """Return the elements of a model.
+
+    Raises
+    ------
+    InputError
+        When the model is from matrices.
+    """
+    if model.strain_energy is None:
+        raise InputError(
+            "a model from matrices knows no elements; its reactions, accelerations and displacements can be recovered"
+        )
+    return model.strain_energy
+
+
 def _starts(model: FEModel) -> list[int]:
     """Return the number of the first cell of each block."""
     first = {}
@@ -184,7 +198,8 @@ def _starts(model: FEModel) -> list[int]:
         first[kind] = count
         count = count + len(model.cells[kind])
     found = []
-    for kind, block in zip(model.strain_energy.kinds, model.strain_energy.blocks, strict=True):
+    energy = elements_of(model)
+    for kind, block in zip(energy.kinds, energy.blocks, strict=True):
         found.append(first[kind])
         first[kind] += len(block.nodes)
     return found
@@ -203,18 +218,22 @@ def _numbers(mesh: Mesh, where: NodeSet | None, blocks: list[Block]) -> dict[tup
     return {cell: number for number, cell in enumerate(cells, start=1)}
 
 
-def of_type(pieces: list[Piece], attribute: str, what: str) -> list[Piece]:
-    """Return the pieces whose blocks have an attribute.
+def of_family(pieces: list[Piece], families: tuple[type[Family], ...], what: str) -> list[Piece[Family]]:
+    """Return the pieces of some element families.
 
     Raises
     ------
     InputError
         When there is none; `what` says what they would be.
     """
-    found = [piece for piece in pieces if hasattr(piece.block, attribute)]
+    found = [piece for piece in pieces if _is_of(piece, families)]
     if not found:
         raise InputError(f"there are no {what} among these elements; choose another group")
     return found
+
+
+def _is_of(piece: Piece, families: tuple[type[Family], ...]) -> TypeGuard[Piece[Family]]:
+    return isinstance(piece.block, families)
 
 
 def labels(pieces: list[Piece]) -> Iterator[str]:

@@ -13,7 +13,7 @@ from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.beam3 import DOFS, ThreeNodeBeamBlock
 from modalprep.fe.elements.point import SpringBlock
 from modalprep.fe.elements.truss import TrussBlock
-from modalprep.fe.recovery.fields import Fields, Piece, Quantity, labels
+from modalprep.fe.recovery.fields import Fields, Piece, Quantity, labels, of_family
 from modalprep.vectors import skew
 
 SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")
@@ -34,10 +34,7 @@ def section_forces(pieces: list[Piece], stations: int) -> Quantity:
     """
     if stations < 2:
         raise InputError(f"stations = {stations} must be at least 2, the ends of the elements")
-    own = [half for piece in pieces for half in _halves(piece)]
-    own = [piece for piece in own if isinstance(piece.block, (BeamBlock, TrussBlock))]
-    if not own:
-        raise InputError("there are no beams or trusses among these elements; choose another group")
+    own = of_family([half for piece in pieces for half in _halves(piece)], (BeamBlock, TrussBlock), "beams or trusses")
     at = np.linspace(0.0, 1.0, stations)
     return Quantity(
         kind="section_force",
@@ -60,9 +57,7 @@ def spring_forces(model: FEModel, pieces: list[Piece]) -> Quantity:
     InputError
         When there are no springs.
     """
-    own = [piece for piece in pieces if isinstance(piece.block, SpringBlock)]
-    if not own:
-        raise InputError("there are no springs among these elements; choose another group")
+    own = of_family(pieces, (SpringBlock,), "springs")
 
     def values(fields: Fields) -> np.ndarray:
         return np.concatenate(
@@ -82,10 +77,11 @@ def spring_forces(model: FEModel, pieces: list[Piece]) -> Quantity:
 
 def _halves(piece: Piece) -> list[Piece]:
     """Return the two beams of two nodes that make a beam of three."""
-    if not isinstance(piece.block, ThreeNodeBeamBlock):
+    block = piece.block
+    if not isinstance(block, ThreeNodeBeamBlock):
         return [piece]
-    found = []
-    for half, dofs in zip(piece.block.halves, DOFS, strict=True):
+    found: list[Piece] = []
+    for half, dofs in zip(block.halves, DOFS, strict=True):
         inertia, rows = (half, None) if piece.consistent else (piece.inertia, piece.rows)
         found.append(Piece(half, inertia, rows, piece.dofs[:, dofs], piece.numbers, piece.cells))
     return found
@@ -102,45 +98,42 @@ def _places(pieces: list[Piece], at: np.ndarray) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _positions(piece: Piece, at: np.ndarray) -> np.ndarray:
+def _positions(piece: Piece[BeamBlock | TrussBlock], at: np.ndarray) -> np.ndarray:
     ends = piece.block.ends
     return (ends[:, None, 0] + at[:, None] * (ends[:, 1] - ends[:, 0])[:, None]).reshape(-1, 3)
 
 
-def _along(piece: Piece, fields: Fields, at: np.ndarray) -> np.ndarray:
+def _along(piece: Piece[BeamBlock | TrussBlock], fields: Fields, at: np.ndarray) -> np.ndarray:
     """Return the section forces ``(ne ns, 6, k)``, element by element."""
-    if isinstance(piece.block, TrussBlock):
-        force = _truss_end(piece, fields)
-        load = _truss_load
-    else:
-        force = _beam_end(piece, fields)
-        load = _beam_load
+    block = piece.block
+    force = _truss_end(piece, block, fields) if isinstance(block, TrussBlock) else _beam_end(piece, block, fields)
     ne = len(piece.numbers)
     k = fields.u.shape[1]
     found = np.tile(force[:, None], (1, len(at), 1, 1))  # of the first end, on the face of each place
-    length = np.linalg.norm(piece.block.ends[:, 1] - piece.block.ends[:, 0], axis=1)
+    length = np.linalg.norm(block.ends[:, 1] - block.ends[:, 0], axis=1)
     arm = (at * length[:, None])[..., None]
     found[:, :, 4] += arm * force[:, None, 2]
     found[:, :, 5] -= arm * force[:, None, 1]
     if piece.consistent and (np.any(fields.a) or np.any(fields.drives)):
-        found += load(piece, fields, at, length)
-    if isinstance(piece.block, TrussBlock):
+        if isinstance(block, TrussBlock):
+            found += _truss_load(piece, block, fields, at, length)
+        else:
+            found += _beam_load(piece, block, fields, at, length)
+    if isinstance(block, TrussBlock):
         found[:, :, [1, 2, 4, 5]] = 0.0
     return found.reshape(ne * len(at), 6, k)
 
 
-def _beam_end(piece: Piece, fields: Fields) -> np.ndarray:
+def _beam_end(piece: Piece, block: BeamBlock, fields: Fields) -> np.ndarray:
     """Return the section forces ``(ne, 6, k)`` at the first end: less the forces of its node on the element."""
-    block = piece.block
     nodal = piece.forces(fields) if piece.consistent else piece.stiffness_forces(fields)
     force = nodal[:, :3]
     moment = nodal[:, 3:6] - np.cross(block.arm[:, 0, :, None], nodal[:, :3], axis=1)
     return -np.concatenate([block.frame @ force, block.frame @ moment], axis=1)
 
 
-def _truss_end(piece: Piece, fields: Fields) -> np.ndarray:
+def _truss_end(piece: Piece, block: TrussBlock, fields: Fields) -> np.ndarray:
     """Return N and T ``(ne, 6, k)`` at the first end."""
-    block = piece.block
     nodal = piece.forces(fields) if piece.consistent else piece.stiffness_forces(fields)
     found = np.zeros((len(nodal), 6, nodal.shape[2]))
     found[:, 0] = -np.einsum("ea,eak->ek", block.axis, nodal[:, :3])
@@ -149,15 +142,15 @@ def _truss_end(piece: Piece, fields: Fields) -> np.ndarray:
     return found
 
 
-def _beam_load(piece: Piece, fields: Fields, at: np.ndarray, length: np.ndarray) -> np.ndarray:
+def _beam_load(piece: Piece, block: BeamBlock, fields: Fields, at: np.ndarray, length: np.ndarray) -> np.ndarray:
     """Return what the inertia between the first end and each place adds, ``(ne, ns, 6, k)``."""
-    block, own = piece.block, piece.block.inside
+    own = block.inside
     share = own.dx / length[:, None]
     first, second = _integrals(own.at, at, [place[0] for place in block.section.taper] or [0.0, 1.0])
     motion = block.at_nodes.value @ fields.a[piece.dofs][:, None]  # (ne, nq, 6, k)
     whole = np.einsum("eab,eqbk->eqak", block.frame, fields.acceleration(block.centre)) + motion[:, :, :3]
     force = (block.line_mass / share)[..., None, None] * whole
-    moment = length[:, None, None, None] * _rotary(piece, fields, motion)
+    moment = length[:, None, None, None] * _rotary(block, fields, motion)
     found = np.zeros((len(length), len(at), 6, force.shape[3]))
     found[:, :, :3] = np.einsum("sq,eqak->esak", first, force)
     lever = length[:, None, None, None] * np.einsum("sq,eqak->esak", second - at[:, None] * first, force)
@@ -167,11 +160,10 @@ def _beam_load(piece: Piece, fields: Fields, at: np.ndarray, length: np.ndarray)
     return found
 
 
-def _rotary(piece: Piece, fields: Fields, motion: np.ndarray) -> np.ndarray:
+def _rotary(block: BeamBlock, fields: Fields, motion: np.ndarray) -> np.ndarray:
     """Return the moment ``(ne, nq, 3, k)`` per length that accelerates the sections about their centroids, local."""
-    block = piece.block
-    own = piece.block.inside
-    rho = piece.block.section.material.rho
+    own = block.inside
+    rho = block.section.material.rho
     W = np.einsum("eab,bck,edc->eadk", block.frame, fields.drives[3:].reshape(3, 3, -1), block.frame)[:, None]
     tx, ty, tz = np.moveaxis(motion[:, :, 3:], 2, 0)
     moved = {1: (-tz, 0 * tz, tx), 2: (ty, -tx, 0 * tx)}
@@ -182,9 +174,9 @@ def _rotary(piece: Piece, fields: Fields, motion: np.ndarray) -> np.ndarray:
     return total
 
 
-def _truss_load(piece: Piece, fields: Fields, at: np.ndarray, length: np.ndarray) -> np.ndarray:
+def _truss_load(piece: Piece, block: TrussBlock, fields: Fields, at: np.ndarray, length: np.ndarray) -> np.ndarray:
     """Return what the inertia between the first end and each place adds, ``(ne, ns, 6, k)``; of N only."""
-    block, section = piece.block, piece.block.section
+    section = block.section
     own = fields.a[piece.dofs].reshape(len(length), 2, block.components, -1)[:, :, :3]
     along = np.einsum("ea,eiak->eik", block.axis, own + fields.acceleration(block.ends))
     mass = ((section.material.rho * section.A + section.nsm) * length)[:, None, None]

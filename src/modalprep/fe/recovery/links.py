@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
+from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
@@ -23,9 +24,10 @@ def link_forces(model: FEModel, mesh: Mesh, where: NodeSet | None) -> Quantity:
     InputError
         When no link holds one of the nodes.
     """
-    if model.strain_energy is None:
+    prestress = model.geometric_stiffness
+    if not isinstance(prestress, GeometricStiffness):
         raise InputError("a model from matrices knows no links of its nodes; recover the reaction of its interfaces")
-    step = model.geometric_stiffness.constraints.step
+    step = prestress.links.constraints.step
     dependent = np.diff(step.indptr) > 0
     linked = dependent.copy()
     linked[step.indices] = True
@@ -49,10 +51,11 @@ def _on_dofs(step: csr_array, dependent: np.ndarray, needed: np.ndarray) -> np.n
     >>> _on_dofs(lever, np.array([False, True]), np.array([[0.0], [5.0]])).ravel()
     array([-10.,   5.])
     """
-    multiplier, more = needed, needed
-    while np.any(more):
-        more = step.T @ more
-        multiplier = multiplier + more
+    multiplier = needed
+    of_sources = needed
+    while np.any(of_sources):
+        of_sources = step.T @ of_sources
+        multiplier = multiplier + of_sources
     multiplier = np.where(dependent[:, None], multiplier, 0.0)
     return multiplier - step.T @ multiplier
 

@@ -8,7 +8,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
-from modalprep.fe.recovery.fields import AXES, Fields, Piece, Quantity
+from modalprep.fe.recovery.fields import AXES, Fields, Piece, Quantity, elements_of
 from modalprep.vectors import skew
 
 FORCE = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
@@ -122,7 +122,7 @@ def _shared(model: FEModel, pieces: list[Piece]) -> np.ndarray:
     count = np.zeros((2, len(model.points)), dtype=int)
     for nodes in (piece.block.nodes for piece in pieces):
         np.add.at(count[0], nodes, 1)
-    for nodes in (block.nodes for block in model.strain_energy.blocks):
+    for nodes in (block.nodes for block in elements_of(model).blocks):
         np.add.at(count[1], nodes, 1)
     found = np.flatnonzero((count[0] > 0) & (count[1] > count[0]))
     if not len(found):

@@ -26,6 +26,7 @@ OF_METHOD = tuple(kind for kind in KINDS if kind != "acceleration")  # by mode d
 NAMED = ("acceleration", "displacement", "cut")  # kinds that need nodes or elements
 Method = Literal["acceleration", "displacement"]
 Vector = tuple[float, float, float]
+AT_NODES = {"acceleration": accelerations, "displacement": displacements, "reaction": node_forces}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -100,15 +101,14 @@ class Recover(NodeSet):
         Quantity
             A linear map from fields over the model's DOFs.
         """
-        if self.kind == "acceleration":
-            return accelerations(model, mesh, self._where)
-        if self.kind == "displacement":
-            return displacements(model, mesh, self._where)
+        where = self._where
         if self.kind == "mpc_force":
-            return link_forces(model, mesh, self._where)
-        if self.kind == "reaction":
-            return node_forces(model, mesh, self._where) if self._given() else interface_reactions(model)
-        return self._of_elements(model, mesh, chosen(model, mesh, self._where))
+            return link_forces(model, mesh, where)
+        if self.kind == "reaction" and where is None:
+            return interface_reactions(model)
+        if self.kind in AT_NODES and where is not None:
+            return AT_NODES[self.kind](model, mesh, where)
+        return self._of_elements(model, mesh, chosen(model, mesh, where))
 
     def _of_elements(self, model: FEModel, mesh: Mesh, pieces: list[Piece]) -> Quantity:
         match self.kind:

@@ -6,19 +6,26 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
+from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.laminate import strain_rotation
+from modalprep.fe.elements.shells.shell import ShellBlock
+from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.properties.properties import Beam, Shell, Solid
-from modalprep.fe.recovery.fields import Fields, Piece, Quantity, labels
+from modalprep.fe.recovery.fields import Fields, Piece, Quantity, labels, of_family
 
 RESULTANTS = ("Nx", "Ny", "Nxy", "Mx", "My", "Mxy", "Qx", "Qy")
 RESULTANT_UNITS = ("N/m",) * 3 + ("N",) * 3 + ("N/m",) * 2
 PLANE = ("xx", "yy", "xy")
 SPATIAL = ("xx", "yy", "zz", "xy", "yz", "xz")
+SHELLS = (ShellBlock, CurvedShellBlock)
+BEAMS = (BeamBlock, ThreeNodeBeamBlock)
+Vector = tuple[float, float, float]
 ACROSS = 0.99  # a direction whose cosine with a shell's normal is larger has no projection to speak of
 
 
-def resultants(pieces: list[Piece], axis: tuple[float, float, float] | None) -> Quantity:
+def resultants(pieces: list[Piece], axis: Vector | None) -> Quantity:
     """Return the mean membrane forces, moments and transverse shears of shells, per length.
 
     x is the projection of `axis` on the element, by default of the x axis of the mesh, or of y where the shell is
@@ -29,7 +36,7 @@ def resultants(pieces: list[Piece], axis: tuple[float, float, float] | None) -> 
     InputError
         When there are no shells, or the axis is normal to one.
     """
-    own = _shells(pieces)
+    own = of_family(pieces, SHELLS, "shells")
 
     def values(fields: Fields) -> np.ndarray:
         return np.concatenate([_resultants(piece, fields, axis) for piece in own])
@@ -45,7 +52,7 @@ def resultants(pieces: list[Piece], axis: tuple[float, float, float] | None) -> 
     )
 
 
-def face_stress(pieces: list[Piece], axis: tuple[float, float, float] | None) -> Quantity:
+def face_stress(pieces: list[Piece], axis: Vector | None) -> Quantity:
     """Return the mean stress of shells in their two faces, ``top`` towards the normal; axes as of `resultants`.
 
     Raises
@@ -53,7 +60,7 @@ def face_stress(pieces: list[Piece], axis: tuple[float, float, float] | None) ->
     InputError
         When there are no shells, or the axis is normal to one.
     """
-    own = _shells(pieces)
+    own = of_family(pieces, SHELLS, "shells")
 
     def values(fields: Fields) -> np.ndarray:
         return np.concatenate([_faces(piece, fields, axis) for piece in own])
@@ -77,9 +84,7 @@ def node_stress(model: FEModel, mesh: Mesh, pieces: list[Piece]) -> Quantity:
     InputError
         When there are no solids.
     """
-    own = [piece for piece in pieces if isinstance(getattr(piece.block, "section", None), Solid)]
-    if not own:
-        raise InputError("there are no solids or shells among these elements; choose another group")
+    own = of_family(pieces, (SolidBlock,), "solids or shells")
     nodes, count = np.unique(np.concatenate([piece.block.nodes.ravel() for piece in own]), return_counts=True)
 
     def values(fields: Fields) -> np.ndarray:
@@ -94,7 +99,7 @@ def node_stress(model: FEModel, mesh: Mesh, pieces: list[Piece]) -> Quantity:
     return Quantity("stress", places, SPATIAL, ("Pa",) * 6, values, model.points[nodes], nodes)
 
 
-def stress(model: FEModel, mesh: Mesh, pieces: list[Piece], axis: tuple[float, float, float] | None) -> Quantity:
+def stress(model: FEModel, mesh: Mesh, pieces: list[Piece], axis: Vector | None) -> Quantity:
     """Return the stress of solids at their nodes, or that of shells in their two faces.
 
     Raises
@@ -102,31 +107,24 @@ def stress(model: FEModel, mesh: Mesh, pieces: list[Piece], axis: tuple[float, f
     InputError
         When there are neither, or both.
     """
-    sections = [getattr(piece.block, "section", None) for piece in pieces]
-    shells, solids = (any(isinstance(section, family) for section in sections) for family in (Shell, Solid))
+    blocks = [piece.block for piece in pieces]
+    shells, solids, beams = (any(isinstance(b, family) for b in blocks) for family in (SHELLS, SolidBlock, BEAMS))
     if shells and solids:
         raise InputError("there are shells and solids among these elements; give each a table of its own")
-    if not (shells or solids) and any(isinstance(section, Beam) for section in sections):
+    if beams and not (shells or solids):
         raise InputError("stress of beams is known in fibres: use [stress], or section forces")
     if axis is not None and not shells:
         raise InputError("'axis' has no effect on solids: their stress is along the axes of the mesh; leave it out")
     return face_stress(pieces, axis) if shells else node_stress(model, mesh, pieces)
 
 
-def _shells(pieces: list[Piece]) -> list[Piece]:
-    own = [piece for piece in pieces if isinstance(getattr(piece.block, "section", None), Shell)]
-    if not own:
-        raise InputError("there are no shells among these elements; choose another group")
-    return own
-
-
-def _centres(pieces: list[Piece]) -> np.ndarray:
+def _centres(pieces: list[Piece[ShellBlock | CurvedShellBlock]]) -> np.ndarray:
     """Return the means of the nodes, m."""
     blocks = [piece.block for piece in pieces]
-    return np.concatenate([b.centre if hasattr(b, "centre") else b.x.mean(axis=1) for b in blocks])
+    return np.concatenate([b.centre if isinstance(b, ShellBlock) else b.x.mean(axis=1) for b in blocks])
 
 
-def _resultants(piece: Piece, fields: Fields, axis: tuple[float, float, float] | None) -> np.ndarray:
+def _resultants(piece: Piece[ShellBlock | CurvedShellBlock], fields: Fields, axis: Vector | None) -> np.ndarray:
     """Return the resultants ``(ne, 8, k)``, mean over the area."""
     B, C, dx = piece.block.strain
     weight = dx / dx.sum(axis=1, keepdims=True)
@@ -139,7 +137,7 @@ def _resultants(piece: Piece, fields: Fields, axis: tuple[float, float, float] |
     return np.concatenate([T @ own[:, :3], T @ own[:, 3:6], shear], axis=1)
 
 
-def _faces(piece: Piece, fields: Fields, axis: tuple[float, float, float] | None) -> np.ndarray:
+def _faces(piece: Piece[ShellBlock | CurvedShellBlock], fields: Fields, axis: Vector | None) -> np.ndarray:
     """Return the stress ``(2 ne, 3, k)`` of the top and the bottom of each element, mean over its nodes."""
     T = _stress_rotation(_angle(piece.block.frame, axis))
     found = piece.block.nodal_stress(fields.u[piece.dofs])
@@ -147,7 +145,7 @@ def _faces(piece: Piece, fields: Fields, axis: tuple[float, float, float] | None
     return faces.reshape(2 * len(faces), 3, -1)
 
 
-def _angle(frame: np.ndarray, axis: tuple[float, float, float] | None) -> np.ndarray:
+def _angle(frame: np.ndarray, axis: Vector | None) -> np.ndarray:
     """Return the angle (ne,) from e1 to the projection of the axis, rad."""
     normal = frame[:, 2]
     if axis is None:

@@ -132,14 +132,14 @@ def scaled(section: Kind, parameter: ModelParameter, factor: complex) -> Kind:
     2.0
     """
     match parameter.kind:
-        case "thickness":
+        case "thickness" if isinstance(section, Shell):
             plies = tuple(_changed(ply, thickness=factor * ply.thickness) for ply in section.plies)
             return _changed(section, thickness=factor * section.thickness, plies=plies)
         case "modulus":
             return _with_material(section, parameter.material, lambda m: _stiffer(m, factor))
         case "density":
             return _with_material(section, parameter.material, lambda m: _changed(m, rho=factor * m.rho))
-        case "mass":
+        case "mass" if isinstance(section, PointMass):
             return _changed(section, mass=factor * section.mass)
         case "stiffness":
             values = {name: tuple(factor * k for k in getattr(section, name)) for name in ("translation", "rotation")}
@@ -152,10 +152,10 @@ def _tapered(taper: tuple, column: int, factor: complex) -> tuple:
     return tuple((*place[:column], factor * place[column], *place[column + 1 :]) for place in taper)
 
 
-def _with_material(section: Property, material: Any, change: Callable[[Any], Any]) -> Property:
+def _with_material(section: Kind, material: Any, change: Callable[[Any], Any]) -> Kind:
     own = {name: getattr(section, name, None) for name in IN_SHELL}
     values: dict[str, Any] = {name: change(m) for name, m in own.items() if m is not None and m == material}
-    if getattr(section, "plies", ()):
+    if isinstance(section, Shell) and section.plies:
         values["plies"] = tuple(
             _changed(ply, material=change(ply.material)) if ply.material == material else ply for ply in section.plies
         )

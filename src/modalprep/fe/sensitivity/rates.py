@@ -7,6 +7,7 @@ derivative a complex step gives to the last digits.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,9 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part
 from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.distribution import MassRule
+from modalprep.fe.elements.shells.curved import CurvedShellBlock
+from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.properties.properties import Beam, Shell
 from modalprep.fe.sensitivity.parameters import ModelParameter, materials_of, scaled
 from modalprep.fe.sensitivity.shells import STEP, shell_rate
@@ -40,10 +44,13 @@ def model_rates(model: FEModel, parameter: ModelParameter, phi: np.ndarray) -> t
         When the derivative is not available: section sizes of beams with released ends.
     """
     K, M = np.zeros((2, phi.shape[1], phi.shape[1]))
-    for part in model.elements.parts:
+    elements = model.elements
+    if elements is None:
+        raise InputError("a model from matrices has no properties to differentiate by; assemble the mesh")
+    for part in elements.parts:
         if parameter.belongs_to(part.group, part.section):
             for piece in part.pieces():
-                own = _Piece(model, part, piece, parameter, phi)
+                own = _Piece(model, elements.rule, part, piece, parameter, phi)
                 K += own.stiffness()
                 M += own.mass()
     return (K + K.T) / 2, (M + M.T) / 2
@@ -52,8 +59,11 @@ def model_rates(model: FEModel, parameter: ModelParameter, phi: np.ndarray) -> t
 class _Piece:
     """Some elements of a part whose property depends on the parameter."""
 
-    def __init__(self, model: FEModel, part: Part, piece: slice, parameter: ModelParameter, phi: np.ndarray) -> None:
+    def __init__(
+        self, model: FEModel, rule: MassRule, part: Part, piece: slice, parameter: ModelParameter, phi: np.ndarray
+    ) -> None:
         self.model = model
+        self.rule = rule
         self.part = part
         self.piece = piece
         self.parameter = parameter
@@ -73,24 +83,37 @@ class _Piece:
         if kind in ("density", "mass"):
             return np.zeros((self.d.shape[2],) * 2)
         if self.in_section:
-            return self._form(self._block(1 + STEP * 1j).stiffness().imag / STEP)
-        if isinstance(section, Shell) and (kind == "thickness" or len(materials_of(section)) > 1):
-            return shell_rate(self.block, scaled(section, self.parameter, 1 + STEP * 1j), self.d)
+            return self._form(np.imag(self._stiffness(1 + STEP * 1j)) / STEP)
+        block = self.block
+        depends = kind == "thickness" or len(materials_of(section)) > 1
+        if isinstance(section, Shell) and isinstance(block, ShellBlock | CurvedShellBlock) and depends:
+            return shell_rate(block, scaled(section, self.parameter, 1 + STEP * 1j), self.d)
         if kind in ("A", "J"):
-            return sum(weight * self._form(self._block(factor).stiffness()) for factor, weight in LINEAR)
-        return self._form(self.block.stiffness())
+            return self._difference(LINEAR, self._stiffness)
+        return self._form(self._stiffness(1.0))
 
     def mass(self) -> np.ndarray:
         kind = self.parameter.kind
         if kind in ("modulus", "stiffness"):
             return np.zeros((self.d.shape[2],) * 2)
         if self.in_section:
-            return self._form(self._mass(1 + STEP * 1j).imag / STEP)
-        rule = CUBIC if kind == "thickness" else LINEAR
-        return sum(weight * self._form(self._mass(factor)) for factor, weight in rule)
+            return self._form(np.imag(self._mass(1 + STEP * 1j)) / STEP)
+        return self._difference(CUBIC if kind == "thickness" else LINEAR, self._mass)
+
+    def _difference(
+        self, rule: tuple[tuple[float, float], ...], matrices: Callable[[complex], np.ndarray]
+    ) -> np.ndarray:
+        return np.sum([weight * self._form(matrices(factor)) for factor, weight in rule], axis=0)
+
+    def _stiffness(self, factor: complex) -> np.ndarray:
+        K = self._block(factor).stiffness()
+        assert K is not None  # what depends on such a parameter has stiffness
+        return K
 
     def _mass(self, factor: complex) -> np.ndarray:
-        return self.model.elements.rule.inertia(self._block(factor), self.model.points).mass().matrix()
+        mass = self.rule.inertia(self._block(factor), self.model.points).mass()
+        assert mass is not None  # what depends on such a parameter has mass
+        return mass.matrix()
 
     def _block(self, factor: complex) -> Block:
         """Return the elements with the parameter times a factor, thicknesses that the mesh prescribes included."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.flat_fields import FlatCells, rule
+from modalprep.fe.elements.shells.flat_shell import STIFFNESS_DEGREE
 from modalprep.fe.elements.shells.flat_strains import Moduli
-from modalprep.fe.elements.shells.second_order import STIFFNESS_DEGREE
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.properties.properties import Shell
 
@@ -36,12 +36,11 @@ def shell_rate(block: ShellBlock | CurvedShellBlock, moved: Shell, d: np.ndarray
     ----------
     W. Squire, G. Trapp, Using complex variables to estimate derivatives of real functions, SIAM Review 40 (1998) 110.
     """
-    found = replace(block, section=moved).row_moduli
     B, _, dx = block.strain
     strain = B @ d[:, None]
     if isinstance(block, CurvedShellBlock):
-        return _work(strain, found.imag / STEP, strain, dx)
-    rate = Moduli(*(np.imag(x) / STEP for x in found))
+        return _work(strain, np.imag(replace(block, section=moved).row_moduli) / STEP, strain, dx)
+    rate = Moduli(*(np.imag(x) / STEP for x in replace(block, section=moved).row_moduli))
     own = block.row_moduli
     plane = strain[:, :, np.r_[0:3, 8 : strain.shape[2]]]
     bend = strain[:, :, 3:8]
@@ -121,8 +120,8 @@ def _triangle_shear(cells: FlatCells, along: np.ndarray) -> tuple[np.ndarray, np
     N = rule(cells.kind, cells.degree).N
     before, after = np.roll(along, 1, axis=1), np.roll(along, -1, axis=1)
     first, second = _of_node(before, along)[1], _of_node(along, after)[0]  # at both ends of each side
-    parts = (N * first[:, None, :, a] + np.roll(N, -1, axis=1) * second[:, None, :, a] for a in range(2))
-    return tuple(parts)
+    xz, yz = (N * first[:, None, :, a] + np.roll(N, -1, axis=1) * second[:, None, :, a] for a in range(2))
+    return xz, yz
 
 
 def _of_node(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -23,9 +23,10 @@ def shell_frames(corners: np.ndarray) -> np.ndarray:
         along = corners[:, 1] - corners[:, 0]
         normal = np.cross(along, corners[:, 2] - corners[:, 0])
     else:
-        diagonals = [_unit(corners[:, 2] - corners[:, 0]), _unit(corners[:, 3] - corners[:, 1])]
-        along = diagonals[0] - diagonals[1]
-        normal = np.cross(*diagonals)
+        first = _unit(corners[:, 2] - corners[:, 0])
+        second = _unit(corners[:, 3] - corners[:, 1])
+        along = first - second
+        normal = np.cross(first, second)
     e1, e3 = _unit(along), _unit(normal)
     return np.stack([e1, np.cross(e3, e1), e3], axis=1)
 

@@ -64,19 +64,25 @@ def total_thickness(shell: Shell) -> float:
 
 
 def _sheet(shell: Shell) -> ShellSection:
-    t, rho = shell.thickness, shell.material.rho
-    bending = shell.bending_material or shell.material
-    shear = shell.shear_material or shell.material
+    t = shell.thickness
+    material = _of_sheet(shell)
+    bending = shell.bending_material or material
+    shear = shell.shear_material or material
     return ShellSection(
-        A=t * plane_stress(shell.material),
+        A=t * plane_stress(material),
         B=np.zeros((3, 3)),
         D=t**3 / 12 * shell.bending_ratio * plane_stress(bending),
         S=shell.shear_ratio * t * _shear_moduli(shear),
-        mass=rho * t + shell.nsm,
+        mass=material.rho * t + shell.nsm,
         first=0.0,
-        second=rho * t**3 / 12,
+        second=material.rho * t**3 / 12,
         third=np.zeros((3, 3)),
     )
+
+
+def _of_sheet(shell: Shell) -> Material | Orthotropic:
+    assert shell.material is not None  # a shell has plies or a material
+    return shell.material
 
 
 def faces(shell: Shell) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -91,7 +97,8 @@ def faces(shell: Shell) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     (array([2.e+11, 0.e+00, 0.e+00]), array([-1.e+09, -0.e+00, -0.e+00]))
     """
     if not shell.plies:
-        stretched, bent = (plane_stress(m) for m in (shell.material, shell.bending_material or shell.material))
+        material = _of_sheet(shell)
+        stretched, bent = (plane_stress(m) for m in (material, shell.bending_material or material))
         return {"top": (stretched, shell.thickness / 2 * bent), "bottom": (stretched, -shell.thickness / 2 * bent)}
     half = sum(ply.thickness for ply in shell.plies) / 2
     Q = [rotated_moduli(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
@@ -122,7 +129,7 @@ def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.
     return S
 
 
-def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> np.floating:
+def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> np.ndarray:
     neutral = Q @ (z[1:] ** 2 - z[:-1] ** 2) / 2 / (Q @ np.diff(z))
     low = z[:-1] - neutral
     high = z[1:] - neutral

@@ -40,13 +40,13 @@ class Forms(NamedTuple):
     lead: str = "q"
 
     @property
-    def index(self) -> str:
+    def subscripts(self) -> str:
         """Indices of elements and points of what the forms give."""
         return "eq" if self.lead == "q" else "e"
 
     def measures(self, x: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Return the covariant measures ``(ne, nq, 8)`` of nodal positions and directors ``(ne, n, 3)``."""
-        rule = f"{self.lead}cij,eij->{self.index}c"
+        rule = f"{self.lead}cij,eij->{self.subscripts}c"
         products = np.einsum("eia,eja->eij", x, x), np.einsum("eia,eja->eij", x, t)
         return np.einsum(rule, self.xx, products[0]) + np.einsum(rule, self.xt, products[1])
 
@@ -64,9 +64,9 @@ class Forms(NamedTuple):
 
     def of_tau(self, x: np.ndarray, axes: np.ndarray) -> np.ndarray:
         """Return the strains ``(ne, nq, 8, k)`` of tau along the rows of ``axes (ne, k, 3)``."""
-        return np.einsum(f"{self.lead}ci,eia,eka->{self.index}ck", self.turned, x, axes, optimize=True)
+        return np.einsum(f"{self.lead}ci,eia,eka->{self.subscripts}ck", self.turned, x, axes, optimize=True)
 
     def works(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the work ``(ne, n, n)`` of forces ``(ne, nq, 8)`` on ``x_i . x_j`` and ``x_i . t_j``."""
-        rule = f"{self.index}c,{self.lead}cij->eij"
+        rule = f"{self.subscripts}c,{self.lead}cij->eij"
         return tuple(np.einsum(rule, force, form, optimize=True) for form in (self.xx, self.xt))

@@ -93,7 +93,9 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
     grids = Grids(path, tables)
     builder = Builder(tables, grids, replace(units, wtmass=_wtmass(tables)))
     for card in structure:
-        builder.add(card, REGISTRY[card.name].handle)
+        handler = REGISTRY[card.name].handle
+        assert handler is not None  # cards that are left out are not structure
+        builder.add(card, handler)
     add_scalar_masses(builder)
     nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)

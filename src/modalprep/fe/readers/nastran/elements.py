@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from modalprep.fe.mesh.cells import CELLS, Cell
+from modalprep.fe.properties.properties import Shell
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.properties import bush, flange, rod
@@ -38,7 +39,9 @@ def _solid(b: Builder, card: Card) -> None:
 def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[int]) -> None:
     """Give a cell the axes of its material, PSOLID's CORDM, in its middle; the basic ones need not be given."""
     section = b.tables.get("solid", {}).get(card.integer(1, "PID", card.id, lowest=1))
-    number = 0 if b.bare or section is None else section.integer(2, "CORDM", 0)
+    if b.bare or section is None:
+        return
+    number = section.integer(2, "CORDM", 0)
     if number == 0 or b.conversion.materials[section.integer(1, "MID")].name == "MAT1":
         return
     if number < 0:
@@ -63,6 +66,7 @@ def _shell(b: Builder, card: Card) -> None:
         theta, flag = {"quad8": (14, 16), "triangle6": (8, 13)}.get(kind, (2 + count, 9))
         _shell_axis(b, card, kind, row, theta)
         shell = b.properties[name]
+        assert isinstance(shell, Shell)  # its card is one of shells
         if offset := card.real(theta + 1, "ZOFFS", 0.0) * b.units.length:
             b.put("offset", kind, row, shell.offset + offset)
         t = np.array([card.real(10 + k, f"T{k + 1}", 0.0) for k in range(len(cell.corners))])

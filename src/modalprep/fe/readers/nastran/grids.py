@@ -68,12 +68,12 @@ class Grids:
     def _resolve(self, waiting: dict[int, Card]) -> None:
         """Place the systems whose reference is placed, until none is left."""
         while waiting:
-            ready = [number for number, card in waiting.items() if self._corners(card, waiting) is not None]
+            corners = {number: self._corners(card, waiting) for number, card in waiting.items()}
+            ready = {number: points for number, points in corners.items() if points is not None}
             if not ready:
                 raise next(iter(waiting.values())).error("it is defined through itself; break the circle")
-            for number in ready:
-                card = waiting[number]
-                self.systems[number] = system_from_points(card, self._corners(card, waiting))
+            for number, points in ready.items():
+                self.systems[number] = system_from_points(waiting[number], points)
                 self._place(number)
             waiting = {number: card for number, card in waiting.items() if number not in ready}
 

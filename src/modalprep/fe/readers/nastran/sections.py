@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -130,7 +131,7 @@ def _tapered(conversion: Conversion, card: Card, stations: dict[float, tuple[flo
         at = [*at, 1.0]
         values = np.vstack([values, values[-1]])
     mean = np.sum(np.diff(at)[:, None] * (values[1:] + values[:-1]) / 2, axis=0)
-    found = dict(zip(("A", "I1", "I2", "I12", "J", "nsm"), mean.tolist(), strict=True))
+    found: dict[str, Any] = dict(zip(("A", "I1", "I2", "I12", "J", "nsm"), mean.tolist(), strict=True))
     if np.allclose(values, mean, rtol=1e-6, atol=1e-12 * np.abs(mean).max()):
         return found
     if np.any(values[:, 3]):
@@ -154,7 +155,7 @@ def shape(conversion: Conversion, card: Card) -> Section:
             "Nastran's own may differ"
         )
     stations = {0.0: (*found[:5], nsm)}
-    shear = {"k1": found.k1, "k2": found.k2}
+    shear: dict[str, Any] = {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
         if kind in ("T", "T2", "I"):
             shear["neutral"] = (_below_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)]), 0.0)
@@ -181,7 +182,7 @@ def _below_shear_centre(kind: str, sizes: list[float]) -> float:
     return -y if kind == "T2" else y
 
 
-def _by_dimensions(card: Card, kind: str, first: int, default: list[float | None]) -> Shape:
+def _by_dimensions(card: Card, kind: str, first: int, default: Sequence[float | None]) -> Shape:
     sizes = [card.real(first + k, f"DIM{k + 1}", value) for k, value in enumerate(default)]
     found = SHAPES[kind][1](*sizes)
     if min(sizes) < 0 or not all(value > 0 for value in (found.A, found.I1, found.I2, found.J, found.k1, found.k2)):

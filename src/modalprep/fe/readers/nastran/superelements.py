@@ -59,7 +59,7 @@ def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card]], 
     same = [pair for card in tables if card.name == "SECONCT" for pair in _connected(card, meshes)]
     same += _coincident({number: mesh for number, mesh in meshes.items() if number not in manual})
     rows = {number: {int(grid): k for k, grid in enumerate(mesh.labels)} for number, mesh in meshes.items()}
-    return join_meshes(meshes, [tuple((part, rows[part][grid]) for part, grid in pair) for pair in same])
+    return join_meshes(meshes, [((a, rows[a][i]), (b, rows[b][j])) for (a, i), (b, j) in same])
 
 
 def _instead(card: Card) -> str:
