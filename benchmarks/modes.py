@@ -13,16 +13,11 @@ A box of quadratic tetrahedra and a square of shells, one edge or face held. In 
 
 ARPACK is asked for ten digits of the Ritz values (`tol=1e-10`), as ours are.
 
-Many modes of a square of shells are found slice by slice (`linalg.slices`) and in one run of Lanczos: 500 of 10 000
-DOFs, in slices of 60 that do not pay there, for `--quick`, else 1000 of 200 000 DOFs.
-
 `--quick` takes a smaller box and 150 modes; else 50, 150 and 500 modes of 61 000 DOFs, and of 100 000 DOFs of shell.
 The last line is JSON, of 150 modes of the box, their time over ours: `m150_vs_eigsh_same_factor`,
 `m150_vs_eigsh_pypardiso`, `m150_vs_eigsh_superlu`, `m150_vs_eigsh_default`, `m150_vs_calculix`, `m150_vs_ngsolve`;
 `count_share` (of our time, in the count) and `worst_residual` (ours, ``|K phi - w^2 M phi| / |w^2 M phi|``, of all
-cases). Of many modes: `many_one_run_over_slices` (time), `many_memory_one_run_over_slices` (of arrays, at the peak),
-`many_residual`, `many_orthonormality` (of slices) and `many_missing` (those below the highest that the inertia of
-K - w^2 M counts, less those that were found).
+cases).
 """
 
 from __future__ import annotations
@@ -31,7 +26,6 @@ import argparse
 import json
 import shutil
 import time
-import tracemalloc
 from collections.abc import Callable
 from importlib.util import find_spec
 
@@ -42,9 +36,7 @@ from scipy.sparse import csr_array
 
 import modalprep as mp
 from modalprep.linalg.factor import factorise
-from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.modes import count_below, lowest_modes
-from modalprep.linalg.slices import sliced_modes
 from modalprep.reduction.clamped import clamp
 
 
@@ -88,33 +80,6 @@ def compare(name: str, mesh: mp.fe.Mesh, n: int, peers: tuple[str, ...] = ()) ->
     return found
 
 
-def measured(call: Callable) -> tuple[float, int, tuple]:
-    """Seconds, bytes of arrays at the peak, and the modes."""
-    tracemalloc.start()
-    seconds, found = timed(call)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return seconds, peak, found
-
-
-def many(quick: bool) -> dict[str, float]:
-    """Figures of many modes by slices and in one run."""
-    K, M = matrices(quad_mesh(40 if quick else 182))
-    n, factor = 500 if quick else 1000, factorise(K)
-    time_s, peak_s, (w2, phi) = measured(lambda: sliced_modes(K, M, n, factor, 0.0, 60 if quick else 0))
-    time_1, peak_1, (other, _) = measured(lambda: block_lanczos(factor, M, n, shift=0.0))
-    np.testing.assert_allclose(w2, other, rtol=1e-8)
-    cut, inertial = w2[-1] * (1 - 1e-6), (M @ phi) * w2
-    residual = np.linalg.norm(K @ phi - inertial, axis=0) / np.linalg.norm(inertial, axis=0)
-    return {
-        "many_one_run_over_slices": round(time_1 / time_s, 2),
-        "many_memory_one_run_over_slices": round(peak_1 / peak_s, 2),
-        "many_residual": float(residual.max()),
-        "many_orthonormality": float(np.abs(phi.T @ (M @ phi) - np.eye(n)).max()),
-        "many_missing": int(count_below(K, M, cut) - np.sum(w2 < cut)),
-    }
-
-
 def main() -> None:
     """Run the cases and print the table and the JSON line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -134,7 +99,7 @@ def main() -> None:
     best = found["tetra10", 150]
     line = {f"m150_vs_{key}": round(value, 2) for key, value in best.items() if key in (*solvers, *programs)}
     line |= {"m150_vs_eigsh_same_factor": round(best["eigsh_same_factor"], 2)}
-    line |= {"count_share": round(best["count_share"], 2)} | many(quick)
+    line |= {"count_share": round(best["count_share"], 2)}
     print(json.dumps(line | {"worst_residual": max(case["worst_residual"] for case in found.values())}))
 
 

@@ -49,10 +49,11 @@ def add_inner_alone(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> None:
     array([[1., 2., 3.],
            [4., 5., 6.]])
     """
-    before = library().MKL_Set_Num_Threads_Local(1) if library() else 0
+    mkl = library()
+    before = mkl.MKL_Set_Num_Threads_Local(1) if mkl else 0
     _multiply(1.0, A.T, B, 1.0, C)
-    if library():
-        library().MKL_Set_Num_Threads_Local(before)
+    if mkl:
+        mkl.MKL_Set_Num_Threads_Local(before)
 
 
 @contextmanager
@@ -117,11 +118,12 @@ def share_threads(jobs: int) -> ThreadPoolExecutor:
     array([[1., 0.],
            [0., 1.]])
     """
-    if library() is None:
+    mkl = library()
+    if mkl is None:
         return ThreadPoolExecutor(jobs)
-    most = library().MKL_Get_Max_Threads()
+    most = mkl.MKL_Get_Max_Threads()
     share = max(1, most // jobs)
-    return ThreadPoolExecutor(min(jobs, most), initializer=library().MKL_Set_Num_Threads_Local, initargs=(share,))
+    return ThreadPoolExecutor(min(jobs, most), initializer=mkl.MKL_Set_Num_Threads_Local, initargs=(share,))
 
 
 def product(A: np.ndarray, B: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
@@ -181,19 +183,21 @@ def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     >>> eigh(np.diag([2.0, 1.0]))[0]
     array([1., 2.])
     """
-    if library() is None or not A.size:
+    mkl = library()
+    if mkl is None or not A.size:
         return scipy_eigh(A)
     vectors = np.array(A, dtype=float, order="F")
     values = np.empty(len(A))
     n = c_int32(len(A))
-    if library().LAPACKE_dsyevd(c_int32(BY_COLUMNS), c_char(b"V"), c_char(b"L"), n, at(vectors), n, at(values)):
+    if mkl.LAPACKE_dsyevd(c_int32(BY_COLUMNS), c_char(b"V"), c_char(b"L"), n, at(vectors), n, at(values)):
         raise LinAlgError("eigenvalues of a symmetric matrix did not converge")
     return values, vectors
 
 
 def _multiply(alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray) -> np.ndarray:
     """Set ``C = alpha A B + beta C`` and return it; matrices stored by rows or by columns are not copied."""
-    if library() is None or C.size == 0 or A.shape[1] == 0:
+    mkl = library()
+    if mkl is None or C.size == 0 or A.shape[1] == 0:
         C[:] = alpha * (A @ B) + (beta * C if beta else 0.0)
         return C
     left, right, out = (B.T, A.T, C.T) if C.flags.c_contiguous else (A, B, C)  # C^T = B^T A^T
@@ -202,7 +206,7 @@ def _multiply(alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.nda
     leading = [byref(c_int32(_leading(M))) for M in (left, right, out)]
     one, before = byref(c_double(alpha)), byref(c_double(beta))
     flags = [byref(c_char(flag)) for flag in (turned, other)]
-    library().dgemm(*flags, *sizes, one, at(left), leading[0], at(right), leading[1], before, at(out), leading[2])
+    mkl.dgemm(*flags, *sizes, one, at(left), leading[0], at(right), leading[1], before, at(out), leading[2])
     return C
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -20,15 +21,12 @@ REFINEMENTS = 3
 
 
 class Factor(Protocol):
-    """A factorised symmetric matrix.
+    """A factorised symmetric matrix."""
 
-    Attributes
-    ----------
-    negative : int or None
-        Number of eigenvalues below zero (Sylvester's inertia); None where the factorisation does not tell.
-    """
-
-    negative: int | None
+    @property
+    def negative(self) -> int | None:
+        """Number of eigenvalues below zero (Sylvester's inertia); None where the factorisation does not tell."""
+        ...
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B`` for ``B (n,)`` or ``(n, k)``.
@@ -53,7 +51,7 @@ class SuperLUFactor:
         self._scale = equilibrium(A)
         self._lu = _splu(self._A, 0.01)
 
-    @cached_property
+    @property
     def negative(self) -> int | None:
         """Number of negative pivots: of this factor if no rows were exchanged, else of one without exchanges."""
         exchanged = not np.array_equal(self._lu.perm_r, self._lu.perm_c)
@@ -65,10 +63,10 @@ class SuperLUFactor:
         B = np.asfortranarray(B, dtype=float)
         X = self._lu.solve(B)
         for _ in range(REFINEMENTS):
-            left = B - self._A @ X
-            if not np.any(self._size(left, self._scale) > ROUND_OFF * self._size(X, 1 / self._scale)):
+            residual = B - self._A @ X
+            if not np.any(self._size(residual, self._scale) > ROUND_OFF * self._size(X, 1 / self._scale)):
                 break
-            X += self._lu.solve(left)
+            X += self._lu.solve(residual)
         return X
 
     @staticmethod
@@ -92,12 +90,12 @@ def _without_exchanges(A: csc_array):
     except RuntimeError:  # a pivot is zero
         return None
     b = np.random.default_rng(0).standard_normal(A.shape[0])
-    rest = np.linalg.norm(A @ lu.solve(b) - b)
-    return lu if rest <= RESIDUAL * np.linalg.norm(b) else None
+    residual = np.linalg.norm(A @ lu.solve(b) - b)
+    return lu if residual <= RESIDUAL * np.linalg.norm(b) else None
 
 
 def factorise(A: csr_array, solver: str = "auto", definite: bool = True, order: np.ndarray | None = None) -> Factor:
-    """Factorize a sparse symmetric matrix ``A (n, n)``.
+    """Factorise a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
     ----------
@@ -140,7 +138,7 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True, order: 
     if solver == "pardiso" and library() is None:
         raise NotInstalledError("PARDISO is not installed here: pip install 'modalprep[fast]', or take solver = 'auto'")
     in_order = partial(PardisoFactor, order=order)
-    kinds = [in_order, MixedFactor] if definite else [in_order]
+    kinds: list[Callable[[csr_array], Factor]] = [in_order, MixedFactor] if definite else [in_order]
     if solver == "superlu" or library() is None:
         kinds = [SuperLUFactor]
     needed = 0.0

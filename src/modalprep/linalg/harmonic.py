@@ -89,16 +89,15 @@ def compliance(
     a = inner(Phi, F)
     X = subtract(solve(F), Phi, a / w2[:, None])
     rest: list[np.ndarray] = []
-    while len(rest) < TERMS:
+    while True:
         force = times(M, X)
         X = subtract(X, Phi, inner(Phi, force))  # of round-off
         rest.append(F.T @ X)
         found = Compliance(w2, a, np.array(rest))
         size = np.abs(np.diag(found.static))
-        if np.all(found.remainder(np.array([top])) <= ENOUGH * size):
-            break
+        if len(rest) == TERMS or np.all(found.remainder(np.array([top])) <= ENOUGH * size):
+            return found
         X = solve(times(M, X))
-    return found
 
 
 def differences(exact: Compliance, other: Compliance, omega: np.ndarray, loss: float) -> np.ndarray:

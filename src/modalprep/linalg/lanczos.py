@@ -22,7 +22,6 @@ GONE = 1e-20  # the same over its own: round-off
 RESTARTS = 60
 MEMORY = 2e9  # bytes of the basis, where it needs so much
 ROWS = 20_000
-FAR = 1e-9  # product of a new vector with old ones from which on the next block does not rest
 CAUTION = 0.6  # of the vectors that modes still to converge would need at the rate so far
 
 
@@ -35,20 +34,11 @@ class Krylov:
     M : (n, n) csr
     capacity : int
         Columns that the basis may have.
-    may_rest : bool
-        Whether every other block may be orthogonal to the basis to ten digits only. Modes then have shares of each
-        other of that size, which matters to those far below others.
-    room : (n, at least capacity) by columns
-        Memory for V, which costs time where it was never used.
     """
 
     M: csr_array
     capacity: int
-    may_rest: bool = False
-    room: np.ndarray | None = None
     size: int = 0
-    locked: int = 0  # eigenvectors, to some digits only, at the start of the basis
-    rests: bool = False  # the next block, from being made orthogonal to all
     V: np.ndarray = field(init=False)
     M_near: list[np.ndarray] = field(init=False)  # M times the last vectors, to which an answer is not orthogonal
     H: np.ndarray = field(init=False)
@@ -56,7 +46,7 @@ class Krylov:
     def __post_init__(self) -> None:
         """Reserve the arrays."""
         shape = (self.M.shape[0], self.capacity)
-        self.V = np.empty(shape, order="F") if self.room is None else self.room[:, : self.capacity]
+        self.V = np.empty(shape, order="F")
         self.H = np.zeros((self.capacity, self.capacity))
 
     def lock(self, theta: np.ndarray, phi: np.ndarray) -> None:
@@ -64,7 +54,7 @@ class Krylov:
         k = len(theta)
         self.V[:, :k] = phi
         self.H[np.arange(k), np.arange(k)] = theta
-        self.size = self.locked = k
+        self.size = k
         self.M_near = [times(self.M, self.V[:, :k]), np.zeros((len(phi), 0))]
 
     def append(self, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -72,7 +62,7 @@ class Krylov:
 
         In exact arithmetic only the last block and its own are not orthogonal to the answer to the last block (after a
         restart all are): they go first, then all of them take what round-off and the division by a small remainder
-        have brought back. That is little as long as the blocks before are orthogonal: every other one may rest from it.
+        have brought back.
 
         Returns the coefficients of W on the old basis, ``(size, b)``, and on the new vectors.
         """
@@ -91,15 +81,10 @@ class Krylov:
         return coefficient, gamma @ beta
 
     def _cleaned(self, W: np.ndarray, MW: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Append orthonormal W, made orthogonal to the basis too or to its locked part; return M W and the old by it.
-
-        What is found at a block after one that rested has grown by the largest Ritz value over the last ones.
-        """
+        """Append orthonormal W, made orthogonal to the basis too; return M W and the old by it."""
         m = self.size
-        old = self.V[:, : self.locked if self.rests else m]
-        far = inner(old, MW)
-        self.rests = self.may_rest and not self.rests and bool(np.all(np.abs(far) < FAR))
-        return _orthonormal(deduct(W, old, far), self.M, np.ones(W.shape[1]), self.V[:, m : m + W.shape[1]])[1:]
+        W = deduct(W, self.V[:, :m], inner(self.V[:, :m], MW))
+        return _orthonormal(W, self.M, np.ones(W.shape[1]), self.V[:, m : m + W.shape[1]])[1:]
 
     def combine(self, S: np.ndarray) -> np.ndarray:
         """Return the combinations ``V S``, in place of the first vectors."""
@@ -119,9 +104,8 @@ class Krylov:
         self.H[np.arange(k), np.arange(k)] = theta
         self.H[k : k + tail, :k] = coupling
         self.H[:k, k : k + tail] = coupling.T
-        self.size = self.locked = k + tail
+        self.size = k + tail
         self.M_near = [times(self.M, self.V[:, :k]), self.M_near[1]]
-        self.rests = False
 
 
 def _orthonormal(
@@ -148,13 +132,11 @@ def block_lanczos(
     n: int,
     *,
     shift: float,
-    below: int = 0,
     known: tuple | None = None,
     block: int = 0,
     capacity: int = 0,
-    room: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return n eigenvalues ``w^2`` (ascending) and M-orthonormal modes ``(n_dof, n)`` next to `shift`.
+    """Return the n eigenvalues ``w^2`` (ascending) and M-orthonormal modes ``(n_dof, n)`` next above `shift`.
 
     Each step solves for a block of right-hand sides at once, which a sparse factor does several times faster than
     one by one, and finds repeated roots up to the size of the block. The start block is fixed.
@@ -168,15 +150,11 @@ def block_lanczos(
     n : int
         At most the rank of M.
     shift : float
-        (rad/s)^2.
-    below : int
-        So many of the n are those next below the shift, the others those next above.
+        (rad/s)^2, below all modes.
     known : (w2 (k,), phi (n_dof, k))
         Modes found before: a new start block, orthogonal to them, finds what they lack.
     block, capacity : int
         0 chooses both from n.
-    room : (n_dof, columns) by columns
-        Memory for the basis, of which the modes are a part then too; without it they are part of memory of their own.
 
     Raises
     ------
@@ -193,16 +171,14 @@ def block_lanczos(
     """
     block = block or int(np.clip(n // 9, 6, 16))
     w2, phi = known or (np.zeros(0), np.zeros((M.shape[0], 0)))
-    capacity = min((capacity or columns(M.shape[0], n, block)) + len(w2), M.shape[0])
-    if room is not None and room.shape[1] < min(capacity, 2 * n) + block:
-        room = None
-    capacity = capacity if room is None else min(capacity, room.shape[1] - block)
-    space = Krylov(M, capacity + block, may_rest=below > 0, room=room)
+    capacity = min((capacity or _columns(M.shape[0], n, block)) + len(w2), M.shape[0])
+    space = Krylov(M, capacity + block)
     space.lock(1 / (w2 - shift), phi)
     start = np.random.default_rng(len(w2)).standard_normal((M.shape[0], block))
     space.append(factor.solve(times(M, start)))
+    done = np.zeros(n, dtype=bool)
     for _ in range(RESTARTS):
-        theta, S, rest = _expand(space, factor, n, below, capacity)
+        theta, S, rest = _expand(space, factor, n, capacity)
         done = _converged(theta[:n], rest[:, :n])
         tail = len(rest)
         if len(theta) >= n and np.all(done):
@@ -222,27 +198,15 @@ def _converged(theta: np.ndarray, rest: np.ndarray) -> np.ndarray:
     return np.linalg.norm(rest, axis=0) <= TOLERANCE * np.abs(theta)
 
 
-def columns(size: int, n: int, block: int) -> int:
+def _columns(size: int, n: int, block: int) -> int:
     """Return the vectors of a basis. Restarts cost more than vectors, as long as those fit into memory."""
     return int(np.clip(MEMORY // (8 * size), 2 * n + 8 * block, 4 * n + 8 * block))
 
 
-def _wanted_first(theta: np.ndarray, n: int, below: int) -> np.ndarray:
-    """Return the order of ascending ``theta = 1/(w^2 - shift)`` that has the n wanted values first."""
-    descending = np.arange(len(theta))[::-1]
-    if not below:
-        return descending
-    if len(theta) < n:
-        return np.argsort(-np.abs(theta), kind="stable")
-    rest = descending[n - below : len(theta) - below]
-    rest = rest[np.argsort(-np.abs(theta[rest]), kind="stable")]
-    return np.concatenate([descending[: n - below], np.arange(below), rest])
-
-
-def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) -> tuple:
+def _expand(space: Krylov, factor: Factor, n: int, capacity: int) -> tuple:
     """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and rests.
 
-    The wanted values come first. The last block has not been multiplied yet; `m` counts the vectors that have.
+    The largest values come first. The last block has not been multiplied yet; `m` counts the vectors that have.
     """
     check = space.size + 1.5 * n
     seen = (space.size, 0)
@@ -258,9 +222,8 @@ def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) ->
         full = new == 0 or space.size >= capacity
         if full or m >= check:
             theta, S = eigh((space.H[:m, :m] + space.H[:m, :m].T) / 2)
-            order = _wanted_first(theta, n, below)
-            theta = theta[order]
-            S = S[:, order]
+            theta = theta[::-1]
+            S = S[:, ::-1]
             rest = beta @ S[m - tail : m]
             count = int(np.sum(_converged(theta[:n], rest[:, :n])))
             if full or count == n:

@@ -14,8 +14,7 @@ from modalprep.linalg.blas import inner, one_numpy_thread, product, share_thread
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
-from modalprep.linalg.pardiso import PardisoFactor, equilibrium
-from modalprep.linalg.slices import sliced_modes
+from modalprep.linalg.pardiso import equilibrium
 from modalprep.linalg.sparse import times
 from modalprep.linalg.unique import made_unique
 
@@ -57,8 +56,7 @@ def lowest_modes(
 ) -> Modes:
     """Return the n lowest modes.
 
-    Block Lanczos on the factor of ``K - shift M``, or slice by slice where many modes are wanted (`linalg.slices`);
-    dense for small models. Residual and orthonormality of every mode
+    Block Lanczos on the factor of ``K - shift M``; dense for small models. Residual and orthonormality of every mode
     are checked, and the inertia of ``K - w^2 M`` just below the highest mode counts that none was missed.
 
     Parameters
@@ -136,10 +134,9 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
     The count is just below the highest mode, whose own repetitions may be cut off.
     """
     known = None
-    for _ in range(2):
-        first = _by_slices(K, M, n, factor, shift) if known is None else None
-        first = first or block_lanczos(factor, M, n, shift=shift, known=known)
-        known = w2, phi = _verified(K, M, *first, factor)
+    while True:
+        again = known is not None
+        known = w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known), factor)
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found = int(np.sum(w2 < cut))
         exist = None
@@ -147,18 +144,11 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
             exist = count_below(K, M, cut, solver, getattr(factor, "order", None))
         if exist is None or exist == found:
             return w2, phi, "" if exist is None else "counted by the inertia of K - w^2 M"
-    raise AccuracyError(
-        f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
-        "the structure has parts that hardly have mass or stiffness: check materials and connections"
-    )
-
-
-def _by_slices(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float) -> tuple | None:
-    """Return many modes slice by slice; None where that does not pay or does not succeed."""
-    if isinstance(factor, PardisoFactor):  # whose inertia is always known
-        with suppress(AccuracyError, MemoryError):
-            return sliced_modes(K, M, n, factor, shift)
-    return None
+        if again:
+            raise AccuracyError(
+                f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
+                "the structure has parts that hardly have mass or stiffness: check materials and connections"
+            )
 
 
 def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, factor: Factor | None = None) -> tuple:
@@ -168,13 +158,12 @@ def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, facto
     them. Taking off ``(K - s M)^-1 (K - w^2 M) phi`` is in exact arithmetic the same as ``(K - s M)^-1 M phi``, but
     round-off of the solution is then that of the residual.
     """
-    for sweep in range(SWEEPS + 1):
-        ratio, mode, gram = _worst(K, M, w2, phi)
+    ratio, mode, gram = _worst(K, M, w2, phi)
+    for _ in range(SWEEPS if factor else 0):
         if ratio <= 1 and gram <= ORTHOGONALITY:
             return w2, phi
-        if factor is None or sweep == SWEEPS:
-            break
         w2, phi = _ritz(K, M, phi - factor.solve(times(K, phi) - times(M, phi) * w2))
+        ratio, mode, gram = _worst(K, M, w2, phi)
     if ratio <= POOR and gram <= ORTHOGONALITY:
         return w2, phi
     raise AccuracyError(

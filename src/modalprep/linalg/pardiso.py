@@ -23,14 +23,14 @@ from modalprep.linalg.memory import available_memory
 SYMMETRIC_INDEFINITE = -2
 REPRODUCIBLE = "AUTO"  # oneMKL's conditional numerical reproducibility: else its sums depend on where arrays lie
 WAITING = "5"  # ms that idle threads of the library keep a core; its 200 keep loops of other threads waiting
-ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
+ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 GIVEN, WANTED = 1, 2  # of the order of elimination
 ERRORS = {-2: "not enough memory", -4: "zero pivot", -8: "too many nonzeros for 32-bit integers"}
 ORDER, REFINEMENT, PERTURBATION, SINGLE, ZERO_BASED = 4, 7, 9, 27, 34  # places in the array of options, counted from 0
 PIVOT = (
     13  # pivots below 1e-13 of the largest entry are perturbed; the default of 1e-8 changes thin shells beside thick
 )
-PEAK, PERMANENT, FACTOR, ENTRIES, NEGATIVE = 14, 15, 16, 17, 22  # it reports: kB, kB, kB, nonzeros, pivots
+PEAK, PERMANENT, FACTOR, NEGATIVE = 14, 15, 16, 22  # it reports: kB, kB, kB, pivots
 
 
 class PardisoFactor:
@@ -40,8 +40,6 @@ class PardisoFactor:
     ----------
     negative : int
         Number of negative pivots: the eigenvalues of A below zero (Sylvester's inertia).
-    entries : int
-        Nonzeros of the factor.
     order : (n,) int32
         Of elimination.
 
@@ -50,8 +48,6 @@ class PardisoFactor:
     A : (n, n) csr
     dtype : float64 or float32
         float32 needs half the memory and gives some six digits.
-    ready : bool
-        Whether it is factorised at once; else it is only analysed, for `refactorise`.
     order : (n,) int32
         Of another matrix of about the same pattern. Finding one takes most of the time of the analysis.
 
@@ -63,15 +59,13 @@ class PardisoFactor:
         When the matrix is singular.
     """
 
-    def __init__(
-        self, A: csr_array, dtype: type = np.float64, ready: bool = True, order: np.ndarray | None = None
-    ) -> None:
+    def __init__(self, A: csr_array, dtype: type = np.float64, order: np.ndarray | None = None) -> None:
         self._scale = equilibrium(A)
         self._dtype = dtype
         self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
         self._handle = np.zeros(64, dtype=np.int64)
         self._options = np.zeros(64, dtype=np.int32)
-        library().pardisoinit(at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), at(self._options))
+        _mkl().pardisoinit(at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), at(self._options))
         self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
         if dtype is np.float64:
             self._options[PERTURBATION] = PIVOT
@@ -84,23 +78,7 @@ class PardisoFactor:
         needed = 1024.0 * max(self._options[PEAK], self._options[PERMANENT] + self._options[FACTOR])
         if needed > available_memory():
             raise MemoryError(needed)
-        self.entries = int(self._options[ENTRIES])
-        if ready:
-            self._factorise()
-
-    @property
-    def operations(self) -> float:
-        """Operations of a factorisation, about: twice those of columns of equal length."""
-        return 2.0 * self.entries**2 / self._n
-
-    def refactorise(self, A: csr_array) -> None:
-        """Factorise another matrix ``A (n, n)`` of the same pattern, with the order of elimination that is known."""
-        self._scale = equilibrium(A)
-        self._entries = _upper(A, self._scale, self._dtype)[0]
-        self._factorise()
-
-    def _factorise(self) -> None:
-        self._call(FACTORIZE)
+        self._call(FACTORISE)
         self.negative = int(self._options[NEGATIVE])
 
     def solve(self, B: np.ndarray) -> np.ndarray:
@@ -126,7 +104,7 @@ def _pardiso(handle, options, phase: int, n: int, matrix=(None,) * 4, columns: i
     sizes = [byref(c_int32(v)) for v in (SYMMETRIC_INDEFINITE, phase, n)]
     a, ia, ja, order = (at(part) for part in matrix)
     tail = (byref(c_int32(columns)), at(options), byref(c_int32(0)), at(B), at(X), byref(error))
-    library().pardiso(at(handle), one, one, *sizes, a, ia, ja, order, *tail)
+    _mkl().pardiso(at(handle), one, one, *sizes, a, ia, ja, order, *tail)
     if error.value:
         raise RuntimeError(ERRORS.get(error.value, f"PARDISO error {error.value}"))
 
@@ -189,6 +167,12 @@ def library() -> CDLL | None:
         return None
     os.environ.setdefault("PYPARDISO_MKL_RT", path)
     return CDLL(path)
+
+
+def _mkl() -> CDLL:
+    mkl = library()
+    assert mkl is not None  # who factorises by PARDISO has asked for it
+    return mkl
 
 
 def _remove_empty_registration() -> None:

@@ -33,22 +33,23 @@ def times(A: csr_array, X: np.ndarray) -> np.ndarray:
     >>> times(csr_array(np.diag([1.0, 2.0])), np.ones((2, 5)))[:, 0]
     array([1., 2.])
     """
-    if library() is None or X.shape[1] < LEAST or not _readable(A, X):
+    mkl = library()
+    if mkl is None or X.shape[1] < LEAST or not _readable(A, X):
         return np.ascontiguousarray(A @ X)
     X, out = np.ascontiguousarray(X), np.empty((A.shape[0], X.shape[1]))
     handle = c_void_p()
     columns = c_int32(X.shape[1])
     arrays = (at(A.indptr), at(A.indptr[1:]), at(A.indices), at(A.data))
     shape = (c_int32(A.shape[0]), c_int32(A.shape[1]))
-    failed = library().mkl_sparse_d_create_csr(byref(handle), ZERO_BASED, *shape, *arrays)
+    failed = mkl.mkl_sparse_d_create_csr(byref(handle), ZERO_BASED, *shape, *arrays)
     if not failed:
         kind = _Kind(GENERAL)
         one = c_double(1.0)
         zero = c_double(0.0)
         right = (BY_ROWS, at(X), columns, columns)
         result = (zero, at(out), columns)
-        failed = library().mkl_sparse_d_mm(AS_STORED, one, handle, kind, *right, *result)
-        library().mkl_sparse_destroy(handle)
+        failed = mkl.mkl_sparse_d_mm(AS_STORED, one, handle, kind, *right, *result)
+        mkl.mkl_sparse_destroy(handle)
     if failed:
         raise AccuracyError(f"the product of a sparse matrix with {X.shape[1]} columns failed: oneMKL error {failed}")
     return out

@@ -20,8 +20,9 @@ def offset_areas(mesh: Mesh, parts: Sequence[Part]) -> list[str]:
     notes = []
     for part in parts:
         section = part.section
-        flat = isinstance(section, Shell) and part.family is ShellBlock
-        if not flat or not (np.any(section.offset) or "offset" in part.data):
+        if not isinstance(section, Shell) or part.family is not ShellBlock:
+            continue
+        if not (np.any(section.offset) or "offset" in part.data):
             continue
         corners, arm = _joined(mesh, part)
         missing = 1.0 - _area(corners).sum() / _area(corners + arm).sum()
