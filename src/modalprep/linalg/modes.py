@@ -159,9 +159,9 @@ def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, facto
     round-off of the solution is then that of the residual.
     """
     ratio, mode, gram = _worst(K, M, w2, phi)
-    for _ in range(SWEEPS if factor else 0):
-        if ratio <= 1 and gram <= ORTHOGONALITY:
-            return w2, phi
+    for _ in range(SWEEPS):
+        if factor is None or (ratio <= 1 and gram <= ORTHOGONALITY):
+            break
         w2, phi = _ritz(K, M, phi - factor.solve(times(K, phi) - times(M, phi) * w2))
         ratio, mode, gram = _worst(K, M, w2, phi)
     if ratio <= POOR and gram <= ORTHOGONALITY:
