@@ -50,10 +50,10 @@ def test_the_series_is_the_direct_solution(benchmark):
     found = damped_response(M, w2, Phi, F, factor.solve, omega, loss)
     assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
     whole = compliance(K, M, w2, Phi, F, factor.solve, omega)
-    assert whole.at(np.array([omega]), loss)[0] == pytest.approx(F.T @ exact, rel=1e-8)
+    assert whole.values(np.array([omega]), loss)[0] == pytest.approx(F.T @ exact, rel=1e-8)
     few = whole.rest[:2]
     short = type(whole)(whole.w2, whole.a, few)
-    off = np.abs(np.diag(short.at(np.array([omega]), 0.0)[0] - whole.at(np.array([omega]), 0.0)[0]))
+    off = np.abs(np.diag(short.values(np.array([omega]), 0.0)[0] - whole.values(np.array([omega]), 0.0)[0]))
     assert np.all(off <= short.remainder(np.array([omega]))[0])
 
 

@@ -189,11 +189,11 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
             f"body {body.name!r} is a line without rotary inertia: it has no mean axes; keep its root frame"
         )
 
-    def follow(field: Moments) -> np.ndarray:
+    def rigid_motion(field: Moments) -> np.ndarray:
         momentum = np.concatenate([field.S, cross_moment(field.H)])
         return np.linalg.solve(rigid, momentum.reshape(6, -1)).reshape(momentum.shape)
 
-    return _relabelled(_following(centred, follow), {"origin": "mean axes at the centre of mass"})
+    return _relabelled(_following(centred, rigid_motion), {"origin": "mean axes at the centre of mass"})
 
 
 def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
@@ -233,11 +233,11 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
         raise InputError(f"body {body.name!r} has no interface {interface!r}; {hint}")
     at = body.interface_position[k := body.interface_name.index(interface)]
 
-    def follow(field: Moments) -> np.ndarray:
+    def rigid_motion(field: Moments) -> np.ndarray:
         turn = field.psi[k]
         return np.concatenate([field.phi[k] - np.einsum("cad,c...,d->a...", SKEW, turn, at), turn])
 
-    moved = in_frame(_following(body, follow), origin=at, name=ORIGIN)
+    moved = in_frame(_following(body, rigid_motion), origin=at, name=ORIGIN)
     order = [k, *(j for j in range(len(body.interface_name)) if j != k)]
     per_interface = {key: getattr(moved, key)[order] for key in ("phi", "psi", "Kg_F", "Kg_T", "interface_position")}
     for array in per_interface.values():
@@ -248,7 +248,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
 def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
     """Change to a frame that follows the deformation, and to the modes of that frame."""
     old = Moments(body.S, body.H, body.phi, body.psi)
-    a = -follow(old)
+    a = -rigid_motion(old)
     t = a[:3]
     B = np.einsum("cad,cn->adn", SKEW, a[3:])
     S, H, phi, psi = first = Moments(*(x + y for x, y in zip(old, _rigid(body, a), strict=True)))
@@ -262,7 +262,7 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
     changed = {key: array @ Y for key, array in changed.items()} | {"P": Y.T @ P @ Y}
     if body.has_geometric_stiffness:
         seen = _second_order(body, a, first)
-        turn = follow(seen)
+        turn = rigid_motion(seen)
         second = Moments(*(x - y for x, y in zip(seen, _rigid(body, turn), strict=True)))
         forms = {"Kg_A": second.S, "Kg_W": second.H, "Kg_F": -second.phi, "Kg_T": -second.psi}
         changed |= {key: Y.T @ form @ Y for key, form in forms.items()}

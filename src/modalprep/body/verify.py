@@ -174,7 +174,7 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     c, d, y, z = unit[0] * c, unit[0] * d, unit[1] * y, unit[1] * z
 
     def potential(s: float, t: float) -> float:
-        moved = prestress.links.constraints.followed(s * d + t * y)
+        moved = prestress.links.constraints.with_dependent(s * d + t * y)
         work = reduction.loads @ c @ (moved - s * d - t * y) + model.rotating_mass.work(s * d + t * y, c[:12])
         return prestress.energy(moved) - s * work
 

@@ -72,7 +72,7 @@ def component_axes(path: Path, nodes: dict[str, Any], systems: dict[int, System]
                     f"{path}: the components of node {_label(nodes, k)} are those of the spherical system {number}, "
                     "whose order programs do not agree on; export them in Cartesian or cylindrical axes"
                 )
-            axes[k] = systems[number].at(points[k])
+            axes[k] = systems[number].axes_at(points[k])
         elif number not in GLOBAL:
             raise InputError(
                 f"{path}: the components of node {_label(nodes, k)} are those of coordinate system {number}, which the "

@@ -170,7 +170,7 @@ def sensitivities(
         parameters=tuple(kept),
         relative=np.stack(relative, axis=1),
         repeated=tuple(tuple(group.tolist()) for group in groups if len(group) > 1),
-        notes=(*notes, *_said(frequency, groups, len(w2) < modes)),
+        notes=(*notes, *_notes(frequency, groups, len(w2) < modes)),
     )
 
 
@@ -215,7 +215,7 @@ def _derivatives(w2: np.ndarray, dK: np.ndarray, dM: np.ndarray, groups: list[np
     return found
 
 
-def _said(frequency: np.ndarray, groups: list[np.ndarray], fewer: bool) -> list[str]:
+def _notes(frequency: np.ndarray, groups: list[np.ndarray], fewer: bool) -> list[str]:
     notes = [f"the model has {len(frequency)} elastic modes only"] if fewer else []
     for group in (g for g in groups if len(g) > 1):
         names = ", ".join(str(k + 1) for k in group)

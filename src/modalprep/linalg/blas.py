@@ -18,7 +18,7 @@ from scipy.linalg import LinAlgError
 from scipy.linalg import eigh as scipy_eigh
 from threadpoolctl import ThreadpoolController
 
-from modalprep.linalg.pardiso import at, library
+from modalprep.linalg.pardiso import address, library
 
 BY_COLUMNS = 102  # LAPACKE's name of Fortran's order
 NARROW, ROWS = 16, 20_000  # columns and rows of pieces that stay in the cache: the library packs the whole of A instead
@@ -189,7 +189,7 @@ def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     vectors = np.array(A, dtype=float, order="F")
     values = np.empty(len(A))
     n = c_int32(len(A))
-    if mkl.LAPACKE_dsyevd(c_int32(BY_COLUMNS), c_char(b"V"), c_char(b"L"), n, at(vectors), n, at(values)):
+    if mkl.LAPACKE_dsyevd(c_int32(BY_COLUMNS), c_char(b"V"), c_char(b"L"), n, address(vectors), n, address(values)):
         raise LinAlgError("eigenvalues of a symmetric matrix did not converge")
     return values, vectors
 
@@ -206,7 +206,9 @@ def _multiply(alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.nda
     leading = [byref(c_int32(_leading(M))) for M in (left, right, out)]
     one, before = byref(c_double(alpha)), byref(c_double(beta))
     flags = [byref(c_char(flag)) for flag in (turned, other)]
-    mkl.dgemm(*flags, *sizes, one, at(left), leading[0], at(right), leading[1], before, at(out), leading[2])
+    mkl.dgemm(
+        *flags, *sizes, one, address(left), leading[0], address(right), leading[1], before, address(out), leading[2]
+    )
     return C
 
 

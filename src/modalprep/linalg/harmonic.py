@@ -43,7 +43,7 @@ class Compliance:
         """(k, k) displacements under static loads."""
         return (self.a.T / self.w2) @ self.a + (self.rest[0] if len(self.rest) else 0.0)
 
-    def at(self, omega: np.ndarray, loss: float) -> np.ndarray:
+    def values(self, omega: np.ndarray, loss: float) -> np.ndarray:
         """Return H (nf, k, k) complex at circular frequencies omega (nf,)."""
         z = 1 + 1j * loss
         square = np.asarray(omega, dtype=float)[:, None] ** 2
@@ -83,7 +83,7 @@ def compliance(
     >>> K, M = csr_array(np.diag([1.0, 4.0, 9.0])), csr_array(np.eye(3))
     >>> known, F, solve = np.array([1.0, 4.0]), np.ones((3, 1)), lambda f: f / [[1], [4], [9]]
     >>> found = compliance(K, M, known, np.eye(3)[:, :2], F, solve, 1.5)
-    >>> bool(abs(found.at(np.array([1.5]), 0.0).item() - 1 / (1 - 2.25) - 1 / (4 - 2.25) - 1 / (9 - 2.25)) < 1e-9)
+    >>> bool(abs(found.values(np.array([1.5]), 0.0).item() - 1 / (1 - 2.25) - 1 / (4 - 2.25) - 1 / (9 - 2.25)) < 1e-9)
     True
     """
     a = inner(Phi, F)
@@ -115,7 +115,7 @@ def differences(exact: Compliance, other: Compliance, omega: np.ndarray, loss: f
     scale = 1 / np.sqrt(static)
     found = []
     for part in np.array_split(omega, max(1, len(omega) * (len(scale) ** 2 + len(other.w2)) // AT_ONCE + 1)):
-        H, R = (x.at(part, loss) * scale * scale[:, None] for x in (exact, other))
+        H, R = (x.values(part, loss) * scale * scale[:, None] for x in (exact, other))
         unsure = (exact.remainder(part) / static).sum(axis=1)
         found.append((np.linalg.norm(R - H, axis=(1, 2)) + unsure) / np.linalg.norm(H, axis=(1, 2)))
     return np.concatenate(found)

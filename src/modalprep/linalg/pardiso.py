@@ -65,7 +65,7 @@ class PardisoFactor:
         self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
         self._handle = np.zeros(64, dtype=np.int64)
         self._options = np.zeros(64, dtype=np.int32)
-        _mkl().pardisoinit(at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), at(self._options))
+        _mkl().pardisoinit(address(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), address(self._options))
         self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
         if dtype is np.float64:
             self._options[PERTURBATION] = PIVOT
@@ -102,9 +102,9 @@ def _pardiso(handle, options, phase: int, n: int, matrix=(None,) * 4, columns: i
     one = byref(c_int32(1))
     error = c_int32(0)
     sizes = [byref(c_int32(v)) for v in (SYMMETRIC_INDEFINITE, phase, n)]
-    a, ia, ja, order = (at(part) for part in matrix)
-    tail = (byref(c_int32(columns)), at(options), byref(c_int32(0)), at(B), at(X), byref(error))
-    _mkl().pardiso(at(handle), one, one, *sizes, a, ia, ja, order, *tail)
+    a, ia, ja, order = (address(part) for part in matrix)
+    tail = (byref(c_int32(columns)), address(options), byref(c_int32(0)), address(B), address(X), byref(error))
+    _mkl().pardiso(address(handle), one, one, *sizes, a, ia, ja, order, *tail)
     if error.value:
         raise RuntimeError(ERRORS.get(error.value, f"PARDISO error {error.value}"))
 
@@ -126,12 +126,12 @@ def _upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np
     return (A.data[keep] * scale[rows] * scale[columns]).astype(dtype), starts.astype(np.int32), columns
 
 
-def at(array: np.ndarray | None) -> c_void_p | None:
-    """Return where an array lies, for the library.
+def address(array: np.ndarray | None) -> c_void_p | None:
+    """Return the address of an array, for the library.
 
     Examples
     --------
-    >>> at(None) is None
+    >>> address(None) is None
     True
     """
     return None if array is None else c_void_p(array.ctypes.data)

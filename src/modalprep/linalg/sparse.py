@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.pardiso import at, library
+from modalprep.linalg.pardiso import address, library
 
 AS_STORED, ZERO_BASED, GENERAL, BY_ROWS = 10, 0, 20, 101  # the library's names
 LEAST = 4  # columns: fewer take less time than to call the library
@@ -39,15 +39,15 @@ def times(A: csr_array, X: np.ndarray) -> np.ndarray:
     X, out = np.ascontiguousarray(X), np.empty((A.shape[0], X.shape[1]))
     handle = c_void_p()
     columns = c_int32(X.shape[1])
-    arrays = (at(A.indptr), at(A.indptr[1:]), at(A.indices), at(A.data))
+    arrays = (address(A.indptr), address(A.indptr[1:]), address(A.indices), address(A.data))
     shape = (c_int32(A.shape[0]), c_int32(A.shape[1]))
     failed = mkl.mkl_sparse_d_create_csr(byref(handle), ZERO_BASED, *shape, *arrays)
     if not failed:
         kind = _Kind(GENERAL)
         one = c_double(1.0)
         zero = c_double(0.0)
-        right = (BY_ROWS, at(X), columns, columns)
-        result = (zero, at(out), columns)
+        right = (BY_ROWS, address(X), columns, columns)
+        result = (zero, address(out), columns)
         failed = mkl.mkl_sparse_d_mm(AS_STORED, one, handle, kind, *right, *result)
         mkl.mkl_sparse_destroy(handle)
     if failed:

@@ -50,7 +50,7 @@ class Clamped:
         """Constraint modes, and the unit loads on the interior DOFs with the answers to them; all in one solution."""
         from_b = self.K[self.b][:, self.i].toarray().T
         inside = (self.model.C.T @ self.unit_loads)[self.i]
-        x = self.held(np.hstack([from_b, inside]))
+        x = self.interior_response(np.hstack([from_b, inside]))
         return -x[:, : len(self.b)], inside, x[:, len(self.b) :]
 
     @property
@@ -111,10 +111,10 @@ class Clamped:
             f = f - self.M @ (loose @ (loose.T @ f))
             held = None
         x = product(shapes, flexibility[:, None] * inner(shapes, f))
-        x[self.i] += self.held(f[self.i]) if held is None else held
+        x[self.i] += self.interior_response(f[self.i]) if held is None else held
         return x
 
-    def held(self, f: np.ndarray) -> np.ndarray:
+    def interior_response(self, f: np.ndarray) -> np.ndarray:
         """Return the displacements ``(n_i, k)`` under ``f (n_i, k)`` with every fixed interface held."""
         loaded = np.any(f, axis=0)  # loads on fixed interfaces are not
         if np.all(loaded):

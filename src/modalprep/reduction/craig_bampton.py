@@ -205,7 +205,7 @@ def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[s
         f = (model.C.T @ _user_load(model, name, load))[clamped.i]
         if not np.any(f):
             raise InputError(f"load {name!r} acts on fixed interfaces only and has no effect; load other nodes")
-        inside[name] = InteriorLoads(f, clamped.held(f))
+        inside[name] = InteriorLoads(f, clamped.interior_response(f))
     return inside
 
 

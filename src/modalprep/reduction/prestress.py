@@ -245,9 +245,9 @@ def _largest(A: csr_array, clamped: Clamped, n: int) -> tuple[np.ndarray, np.nda
         return np.zeros(n), np.zeros((size, n))
     else:
         mu, x = _by_factor(A, clamped.K_ii, clamped.factor, n)
-        if not _found(A, clamped.K_ii, mu, x):
+        if not _are_rayleigh_quotients(A, clamped.K_ii, mu, x):
             mu, x = _by_factor(A, clamped.K_ii, factorise(clamped.K_ii, "superlu"), n)
-        if not _found(A, clamped.K_ii, mu, x):
+        if not _are_rayleigh_quotients(A, clamped.K_ii, mu, x):
             raise AccuracyError(
                 "buckling factors cannot be computed to three digits: the stiffness is too ill-conditioned for this "
                 "long, thin structure; use beams or shells instead of solids, or fewer elements"
@@ -263,7 +263,7 @@ def _by_factor(A: csr_array, K: csr_array, factor: Factor, n: int) -> tuple[np.n
     return eigsh(A, n, K, Minv=inverse, which="LA", v0=start, ncv=min(size, 2 * n + 20))
 
 
-def _found(A: csr_array, K: csr_array, mu: np.ndarray, x: np.ndarray) -> bool:
+def _are_rayleigh_quotients(A: csr_array, K: csr_array, mu: np.ndarray, x: np.ndarray) -> bool:
     """Whether the eigenvalues are the Rayleigh quotients of their vectors."""
     quotient = np.einsum("in,in->n", x, A @ x) / np.einsum("in,in->n", x, K @ x)
     return bool(np.all(np.abs(quotient - mu) <= QUOTIENT * np.abs(mu).max()))

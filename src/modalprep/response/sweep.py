@@ -142,7 +142,7 @@ def _march(
         q, _, qdd = integrator.run((end - start) / count, u)
         swept.append(q[np.argsort(-np.abs(q).max(axis=1))[:1]])
         for k, block in enumerate(blocks):
-            parts = [_held(part, q, qdd, u, t) for part in block.parts(2 * len(t))]
+            parts = [_maxima(part, q, qdd, u, t) for part in block.parts(2 * len(t))]
             largest[k].append(np.concatenate([x for x, _ in parts]))
             times[k].append(np.concatenate([x for _, x in parts]))
     return np.concatenate(swept), [np.stack(x) for x in largest], [np.stack(x) for x in times]
@@ -155,7 +155,7 @@ def _input(spectra: Mapping[str, Spectrum], clock: Sweep, t: np.ndarray) -> np.n
     return np.stack([np.imag(x.at(f) * wave) for x in spectra.values()], axis=1)
 
 
-def _held(part: Block, q: np.ndarray, qdd: np.ndarray, u: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _maxima(part: Block, q: np.ndarray, qdd: np.ndarray, u: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     size = np.abs(with_mises(part, part.values(q[..., None], qdd[..., None], u[..., None])[..., 0]))
     at = np.argmax(size, axis=0)
     return np.take_along_axis(size, at[None], 0)[0], t[at]

@@ -68,7 +68,7 @@ class Affine:
         """Return the mean rotation (3, n) of fields with ``int rho u (3, n)`` and ``int rho x cross u`` (3, n)."""
         return self._turn @ (C - np.cross(self.centre, S, axis=0))
 
-    def whole(self, S: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    def rigid_coordinates(self, S: np.ndarray, turn: np.ndarray) -> np.ndarray:
         """Return the coordinates (3, 4, n) of the rigid part of such fields."""
         return np.concatenate([(S / np.sqrt(self.mass))[:, None], self._turned(turn)], axis=1)
 
@@ -102,7 +102,7 @@ def moments(rigid: Rigid, S: np.ndarray, C: np.ndarray, strain: np.ndarray) -> M
     """
     affine = Affine(rigid)
     turn = affine.turn(S, C)
-    first = affine.whole(S, turn)
+    first = affine.rigid_coordinates(S, turn)
     first[:, 1:] += _affordable(strain, first)
     H = np.einsum("arn,br->abn", first[:, 1:], affine.F) + np.einsum("an,b->abn", S, affine.centre)
     return Moments(H, _mass_tensor(first), turn)

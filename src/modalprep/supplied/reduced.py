@@ -172,7 +172,7 @@ def _reduced(name: str, K, M, C, ends: BoundaryRows, groups: dict[str, list[int]
         cells={},
         shape=_translations(ends, Phi),
         modes=_table(K, M, R, ends, groups, total),
-        provenance=_said(ends),
+        provenance=_provenance(ends),
     )
     return body, Phi
 
@@ -267,7 +267,7 @@ def _with_mass(inner: np.ndarray, k: np.ndarray, m: np.ndarray) -> tuple[np.ndar
     return inner[heavy], k[np.ix_(heavy, heavy)], m[np.ix_(heavy, heavy)]
 
 
-def _said(ends: BoundaryRows) -> dict[str, str]:
+def _provenance(ends: BoundaryRows) -> dict[str, str]:
     missing = "stress stiffness, and the mesh: pictures show the boundary nodes alone"
     partial = [name for name, dof in zip(ends.names, ends.dof, strict=True) if np.any(dof < 0)]
     if partial:

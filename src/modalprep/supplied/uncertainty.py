@@ -98,7 +98,7 @@ def _mass_across(body: FlexibleBody) -> np.ndarray:
     across an axis lies between ``(|w_a| - |r|)^2`` and ``(|w_a| + |r|)^2``.
     """
     affine = Affine(Rigid(body.m, body.s0, body.E0))
-    whole = affine.whole(body.S, affine.turn(body.S, cross_moment(body.H)))
+    whole = affine.rigid_coordinates(body.S, affine.turn(body.S, cross_moment(body.H)))
     mass = np.einsum("ari,ari->ai", whole, whole)
     total = np.diag(body.modal_mass)
     rest = np.sqrt(np.maximum(total - mass.sum(axis=0), 0.0))

@@ -58,7 +58,7 @@ def test_one_tapered_element_has_the_flexibility_of_its_wedge():
     s, w = np.polynomial.legendre.leggauss(20)
     x = np.concatenate([(a + b + s * (b - a)) / 2 for a, b in pairwise(places)])
     w = np.tile(w / 16, 8) * LENGTH
-    A, Iy, Iz, J, _ = np.array([beam.at(float(p)) for p in x]).T
+    A, Iy, Iz, J, _ = np.array([beam.section_at(float(p)) for p in x]).T
     arm = (1 - x) * LENGTH
     E, G = STEEL.E, STEEL.G
     exact = {(0, 0): w @ (1 / (E * A)), (3, 3): w @ (1 / (G * J)), (1, 1): w @ (arm**2 / (E * Iz)),

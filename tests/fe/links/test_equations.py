@@ -92,7 +92,7 @@ def test_equations_may_refer_to_each_other_in_any_order():
         d = found.C @ np.array([0.3, -0.7])
         moved = np.zeros(5)
         moved[found.free] = d[found.free]
-        np.testing.assert_allclose(found.followed(moved), d, atol=1e-14)
+        np.testing.assert_allclose(found.with_dependent(moved), d, atol=1e-14)
         force = np.arange(5.0)
         np.testing.assert_allclose(found.transferred(force)[found.free], found.C.T @ force, atol=1e-12)
 

@@ -184,7 +184,7 @@ def test_a_tapered_beam_has_its_stations(read):
 def test_a_tapered_beam_by_its_dimensions(read):
     text = "PBEAML,5,7,,ROD,,,,,+\n+,.1,.5,YES,1.,.2,.7\n"
     beam = read(GRIDS + BAR.replace("CBAR", "CBEAM") + text + STEEL).properties["pbeaml_5"]
-    assert [beam.nsm, beam.kz, *beam.at(0)[:1], *beam.at(1)[:1]] == pytest.approx(
+    assert [beam.nsm, beam.kz, *beam.section_at(0)[:1], *beam.section_at(1)[:1]] == pytest.approx(
         [0.6, 0.9, math.pi / 100, math.pi / 25]
     )
 

@@ -67,7 +67,7 @@ class GeometricStiffness:
         Dependent nodes follow their links finitely. `__call__` is its third derivative, less what the stress of the
         displacements themselves adds; see `body.verify.check_geometric_stiffness`.
         """
-        d = self.links.constraints.followed(d)
+        d = self.links.constraints.with_dependent(d)
         own = ((block, d[self.dof[block.nodes, : block.components]]) for block in self.blocks)
         return float(sum(np.sum(block.energy(u.reshape(len(u), -1))) for block, u in own))
 

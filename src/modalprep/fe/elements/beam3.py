@@ -136,7 +136,7 @@ def _half(section: Beam, k: int) -> Beam:
     a = k / 2
     b = (k + 1) / 2
     places = [a, *(x for x, *_ in section.taper if a < x < b), b]
-    return replace(section, taper=tuple((2 * (x - a), *section.at(x)) for x in places))
+    return replace(section, taper=tuple((2 * (x - a), *section.section_at(x)) for x in places))
 
 
 def _half_data(data: dict[str, np.ndarray], k: int) -> dict[str, np.ndarray]:

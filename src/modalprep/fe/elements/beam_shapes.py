@@ -181,7 +181,7 @@ def _integrals_to(x: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 def _flexibility(section: Beam, at: np.ndarray) -> np.ndarray:
     """Return the flexibility ``(nq, 6)`` of the section against N, Vy, Vz, T, My, Mz."""
-    A, Iy, Iz, J, _ = np.array([section.at(float(x)) for x in at]).T
+    A, Iy, Iz, J, _ = np.array([section.section_at(float(x)) for x in at]).T
     E, G = section.material.E, section.material.G
     shears = section.theory == "timoshenko"
     shear = [shears / (k * G * A) for k in (section.ky, section.kz)]
@@ -204,7 +204,7 @@ def _fields(section: Beam, at, dx, value, strain, F, flexibility) -> Along:
     grad[:, :, 2] -= value[:, :, 4]
     bend = flexibility[:, 4:, None]
     rate = np.stack([bend[:, 0] * F[:, None, 2], -bend[:, 1] * F[:, None, 1]], axis=2)
-    return Along(value, grad, rate, at, dx, *np.array([section.at(float(x)) for x in at]).T)
+    return Along(value, grad, rate, at, dx, *np.array([section.section_at(float(x)) for x in at]).T)
 
 
 def released(K: np.ndarray, pins: np.ndarray, length: np.ndarray) -> np.ndarray:

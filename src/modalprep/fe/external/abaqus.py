@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import Labelled, labelled, mirrored, refuse_hollow, whole
+from modalprep.fe.external.entries import Labelled, integers, labelled, mirrored, refuse_hollow
 
 ENTRY = {3: "row, column, value", 5: "node, dof, node, dof, value"}
 
@@ -55,7 +55,7 @@ def _entries(lines: list[str]) -> Labelled:
     if table.size % width:
         raise ValueError("the last line is not complete")
     table = table.reshape(-1, width)
-    place = whole(table[:, :-1])
+    place = integers(table[:, :-1])
     if width == 3:
         return Labelled(mirrored(_square(table[:, 2], *(place - 1).T)), None)
     found = labelled(place[:, :2] - [0, 1], place[:, 2:] - [0, 1], table[:, 4])

@@ -45,7 +45,7 @@ def labelled(row: np.ndarray, column: np.ndarray, values: np.ndarray) -> Labelle
     return Labelled(coo_array((values, place), shape=(len(rows),) * 2).tocsr(), rows)
 
 
-def whole(values: np.ndarray) -> np.ndarray:
+def integers(values: np.ndarray) -> np.ndarray:
     """Return counts and numbers of rows, read as real ones, as the integers that they must be.
 
     Raises
@@ -55,7 +55,7 @@ def whole(values: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> whole(np.array([2.0, 3.0]))
+    >>> integers(np.array([2.0, 3.0]))
     array([2, 3])
     """
     if not np.all((values >= 1) & (values < 1e9) & (values == np.round(values))):

@@ -214,7 +214,7 @@ def read_nodes(path: Path, unit: str, length: float) -> Mesh:
         table = _table(path)
         if table.ndim != 2 or table.shape[1] not in (3, 4):
             raise InputError(f"file of nodes {path} has rows of {table.shape[-1]} numbers; give [node number,] x, y, z")
-        labels = _whole(table[:, 0], path) if table.shape[1] == 4 else np.zeros(0, dtype=int)
+        labels = _integers(table[:, 0], path) if table.shape[1] == 4 else np.zeros(0, dtype=int)
         return cloud(table[:, -3:], length, labels=labels)
     if suffix == ".npz":
         found = read_archive(path).nodes
@@ -249,7 +249,7 @@ def _read_rows(path: Path) -> np.ndarray:
         table = _numbers([line.split() for line in words.splitlines() if line.strip()], path)
     if table.ndim != 2 or table.shape[1] != 2:
         raise InputError(f"file of DOFs {path} must have two numbers in each row: node number and component 1 to 6")
-    rows = _whole(table.ravel(), path).reshape(-1, 2) - [0, 1]
+    rows = _integers(table.ravel(), path).reshape(-1, 2) - [0, 1]
     return rows
 
 
@@ -284,7 +284,7 @@ def _numbers(rows: list[list[str]], path: Path) -> np.ndarray:
     return np.array(rows, dtype=float).reshape(len(rows), width)
 
 
-def _whole(values: np.ndarray, path: Path) -> np.ndarray:
+def _integers(values: np.ndarray, path: Path) -> np.ndarray:
     numbers = values.astype(int) if np.all(np.isfinite(values)) else np.zeros(0)
     if not np.array_equal(numbers, values):
         raise InputError(f"{path}: a node number is not a whole number; give node number, x, y, z")

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import mirrored, refuse_hollow, whole
+from modalprep.fe.external.entries import integers, mirrored, refuse_hollow
 
 BANNER = b"%%MatrixMarket"
 
@@ -48,16 +48,16 @@ def read_market(path: Path) -> csr_array:
 
 
 def _coordinates(numbers: np.ndarray, symmetric: bool) -> csr_array:
-    rows, columns, count = whole(numbers[:3])
+    rows, columns, count = integers(numbers[:3])
     _refuse_missing(len(numbers) - 3, 3 * count)
     refuse_hollow(max(rows, columns), count)
     row, column, values = numbers[3:].reshape(-1, 3).T
-    A = coo_array((values, (whole(row) - 1, whole(column) - 1)), shape=(rows, columns)).tocsr()
+    A = coo_array((values, (integers(row) - 1, integers(column) - 1)), shape=(rows, columns)).tocsr()
     return mirrored(A) if symmetric else A
 
 
 def _array(numbers: np.ndarray, symmetric: bool) -> csr_array:
-    rows, columns = whole(numbers[:2])
+    rows, columns = integers(numbers[:2])
     _refuse_missing(len(numbers) - 2, rows * (rows + 1) // 2 if symmetric else rows * columns)
     if not symmetric:
         return csr_array(numbers[2:].reshape(columns, rows).T)

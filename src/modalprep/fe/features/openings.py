@@ -63,7 +63,7 @@ def openings(mesh: Mesh, skin: Skin, patches: Iterable[np.ndarray] = ()) -> list
     Cylinders with one axis and radius are one opening, as the two lugs of a fork, or halves of one hole.
     """
     patches = list(patches)
-    searched = (_whole(skin, rows) for rows in patches) if patches else _searched(skin)
+    searched = (_cylinder_of_faces(skin, rows) for rows in patches) if patches else _searched(skin)
     found = [
         (*cylinder, _concave(skin, *cylinder)) for cylinder in searched if cylinder is not None and len(cylinder[1])
     ]
@@ -73,7 +73,7 @@ def openings(mesh: Mesh, skin: Skin, patches: Iterable[np.ndarray] = ()) -> list
     return sorted(round_ones, key=lambda one: tuple((one.centre[order] / size).round(4)))
 
 
-def _whole(skin: Skin, rows: np.ndarray) -> tuple[Cylinder, np.ndarray] | None:
+def _cylinder_of_faces(skin: Skin, rows: np.ndarray) -> tuple[Cylinder, np.ndarray] | None:
     """Return the cylinder of some faces with these faces, None where they lie on none."""
     fitted = fit_cylinder(skin.points[skin.nodes(rows)], skin.area[rows, None] * skin.normals[rows])
     if fitted is None or not _lie_on(skin, rows, fitted).all():
@@ -94,7 +94,7 @@ def _searched(skin: Skin) -> Iterator[tuple[Cylinder, np.ndarray] | None]:
     """Yield cylinders in the smooth regions of a skin: a whole region, or what grows from a curved place in it."""
     pairs = skin.neighbours(SMOOTH)
     for region in skin.regions(pairs):
-        whole = _whole(skin, region) if len(region) > 3 else None
+        whole = _cylinder_of_faces(skin, region) if len(region) > 3 else None
         if whole is not None or len(region) < 4:
             yield whole
         else:
@@ -131,7 +131,7 @@ def _around(skin: Skin, pairs: np.ndarray, among: np.ndarray, start: np.ndarray)
         near = np.zeros(len(skin.faces), dtype=bool)
         near[patch] = True
         patch = np.union1d(patch, pairs[near[pairs].any(axis=1)])
-        found = _whole(skin, patch)
+        found = _cylinder_of_faces(skin, patch)
         if found is not None:
             break
     while found is not None:
@@ -139,7 +139,7 @@ def _around(skin: Skin, pairs: np.ndarray, among: np.ndarray, start: np.ndarray)
         grown = next((rows for rows in skin.regions(pairs, on) if np.isin(start, rows).all()), found[1])
         if len(grown) <= len(found[1]):
             break
-        found = _whole(skin, grown) or (found[0], grown)
+        found = _cylinder_of_faces(skin, grown) or (found[0], grown)
     return found
 
 
@@ -156,7 +156,7 @@ def _merged(skin: Skin, found: list[tuple[Cylinder, np.ndarray, bool]]) -> Itera
         same = [one for one in found if one[2] == hole and first.coaxial(one[0], slack)]
         found = [one for one in found if not any(one is other for other in same)]
         rows = np.concatenate([one[1] for one in same])
-        cylinder = (_whole(skin, rows) or (first, rows))[0]
+        cylinder = (_cylinder_of_faces(skin, rows) or (first, rows))[0]
         nodes = skin.nodes(rows)
         if cylinder.gap(skin.points[nodes]) < FULL:
             yield _placed(cylinder, skin, rows, hole)

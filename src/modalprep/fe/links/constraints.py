@@ -64,7 +64,7 @@ class Constraints:
     step: csr_array
     notes: tuple[str, ...] = ()
 
-    def followed(self, d: np.ndarray) -> np.ndarray:
+    def with_dependent(self, d: np.ndarray) -> np.ndarray:
         """Return finite displacements ``(n_dof,)`` whose dependent DOFs follow the independent ones of `d` exactly."""
         d = d.copy()
         size = max(np.abs(x).max(initial=0.0) for x in (d, *(link.arm for link in self.links)))
@@ -72,7 +72,7 @@ class Constraints:
         for _ in range(DEPTH):
             before = d.copy()
             for link in self.links:
-                link.follow(d)
+                link.move_dependent(d)
             for dependent, sources, values in reversed(self.solved):
                 d[dependent] = values @ d[sources]
             change = np.abs(d - before).max(initial=0.0)

@@ -118,20 +118,20 @@ class PlacedLink:
         return Rows.joined(parts)
 
     @cached_property
-    def _held(self) -> np.ndarray:
+    def _following(self) -> np.ndarray:
         """Which DOFs ``(k, 6)`` of the nodes follow an rbe2, along the axes of each node."""
         return (self.dofs >= 0) & self.components
 
     @cached_property
     def _straight(self) -> np.ndarray:
         """Those ``(k, 6)`` whose components are those of the mesh."""
-        return self._held & ~oblique(self._held, self.axes)[:, None]
+        return self._following & ~oblique(self._following, self.axes)[:, None]
 
     @cached_property
     def _oblique(self) -> dict[int, Followed]:
         """How the other nodes follow."""
-        others = np.flatnonzero(oblique(self._held, self.axes))
-        return {int(k): followed_components(self._held[k], self.axes[k]) for k in others}
+        others = np.flatnonzero(oblique(self._following, self.axes))
+        return {int(k): followed_components(self._following[k], self.axes[k]) for k in others}
 
     @cached_property
     def _frame(self) -> Followed:
@@ -220,7 +220,7 @@ class PlacedLink:
         chosen = _independent_columns(G)
         return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]]).T
 
-    def follow(self, d: np.ndarray) -> None:
+    def move_dependent(self, d: np.ndarray) -> None:
         """Set the dependent ones of the finite displacements ``d (n_dof,)``, rotation vectors at nodes."""
         if self.kind == "rbe2":
             turn = rotation_matrix(d[self.frame[3:]])

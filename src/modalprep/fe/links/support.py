@@ -64,7 +64,7 @@ class Support(NodeSet):
         if self.axes is not None:
             frame_of_axes(self.axes, "a support")
 
-    def held(self, mesh: Mesh, used: np.ndarray) -> SupportSet:
+    def constrained_nodes(self, mesh: Mesh, used: np.ndarray) -> SupportSet:
         """Return the nodes with their components and axes; queries by position choose among the nodes `used`.
 
         Raises
@@ -103,7 +103,7 @@ def held_nodes(mesh: Mesh, supports: Mapping[str, Support], used: np.ndarray) ->
     frame: dict[int, np.ndarray] = {}
     found = {}
     for name, spec in supports.items():
-        held = spec.held(mesh, used)
+        held = spec.constrained_nodes(mesh, used)
         here = np.isin(held.nodes, used)
         if not np.any(here):
             raise InputError(f"support {name!r}: no node of {spec} belongs to an element with a property")

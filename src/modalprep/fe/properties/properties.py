@@ -95,14 +95,14 @@ class Beam(Property):
     taper: tuple[tuple[float, ...], ...] = ()
     bar: bool = False
 
-    def at(self, x: float) -> tuple[float, ...]:
+    def section_at(self, x: float) -> tuple[float, ...]:
         """Return A, Iy, Iz, J and nsm at the fraction x of the length.
 
         Examples
         --------
         >>> steel = Material(E=210e9, nu=0.3, rho=7800.0)
         >>> ends = (0.0, 1e-4, 4e-9, 2e-9, 5e-9, 0.0), (1.0, 3e-4, 8e-9, 2e-9, 9e-9, 0.0)
-        >>> Beam(material=steel, A=2e-4, Iy=6e-9, Iz=2e-9, J=7e-9, taper=ends).at(0.5)[1]
+        >>> Beam(material=steel, A=2e-4, Iy=6e-9, Iz=2e-9, J=7e-9, taper=ends).section_at(0.5)[1]
         6e-09
         """
         if not self.taper:

@@ -35,7 +35,7 @@ class System:
             x = np.stack([across * np.cos(around), across * np.sin(around), r * np.cos(polar)], axis=1)
         return self.origin + x @ self.axes
 
-    def at(self, point: np.ndarray) -> np.ndarray:
+    def axes_at(self, point: np.ndarray) -> np.ndarray:
         """Return the rows e1, e2, e3 that hold at a basic ``point (3,)``: those of r, theta, z in a cylinder."""
         if self.kind == "R":
             return self.axes

@@ -85,7 +85,7 @@ def mesh_quality(
     joined = [spec.group for spec in ties.values() if spec.kind != "node" and spec.group]
     if supports:
         used = np.unique(np.concatenate([np.ravel(conn) for conn in mesh.cells.values()]))
-        joined.append(np.concatenate([spec.held(mesh, used).nodes for spec in supports.values()]))
+        joined.append(np.concatenate([spec.constrained_nodes(mesh, used).nodes for spec in supports.values()]))
     own = {name: section for name, section in {**mesh.properties, **sections}.items() if name not in ties}
     return check_mesh(mesh, own or None, joined)
 

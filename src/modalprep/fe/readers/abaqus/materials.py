@@ -55,7 +55,7 @@ class Orientation:
     angle: float
     of_element: dict = field(default_factory=dict)
 
-    def at(self, deck: Deck, key: tuple[str, int], point: np.ndarray) -> np.ndarray:
+    def axes_at(self, deck: Deck, key: tuple[str, int], point: np.ndarray) -> np.ndarray:
         """Return the axes (rows) at a point of an element, in global axes."""
         scope = self.block.scope
         a, b, *more = self.of_element.get(key, self.values).reshape(-1, 3)
@@ -247,4 +247,4 @@ def transform(deck: Deck, block: Block) -> None:
     values = np.array(block.joined().reals(0, 6, "a coordinate"))
     axes = Orientation(block, kind, values, 3, 0.0)
     for node in deck.nodes_of(block, block.scope, block.option("NSET")):
-        deck.axes[node] = axes.at(deck, ("", 0), deck.points[node])
+        deck.axes[node] = axes.axes_at(deck, ("", 0), deck.points[node])

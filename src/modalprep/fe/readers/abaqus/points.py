@@ -36,7 +36,7 @@ def _axes(deck: Deck, block: Block, key: tuple[str, int]) -> np.ndarray:
     """Return the axes (rows) of a point element: of its orientation, else of the part."""
     if block.options.get("ORIENTATION"):
         axes = deck.named("orientation", block, block.scope, block.options["ORIENTATION"])
-        return axes.at(deck, key, deck.points[deck.elements[key].nodes[0]])
+        return axes.axes_at(deck, key, deck.points[deck.elements[key].nodes[0]])
     return np.array([deck.turned(block.scope, axis) for axis in np.eye(3)])
 
 

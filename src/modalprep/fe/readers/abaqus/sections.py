@@ -67,7 +67,7 @@ def _put_frames(deck: Deck, block: Block, axes: Orientation | None, keys: list[K
     for key in keys:
         for kind, row in deck.elements[key].cells:
             centre = np.mean([deck.points[i] for i in deck.cells[kind][row]], axis=0)
-            deck.put("frame", (kind, row), own if axes is None else axes.at(deck, key, centre))
+            deck.put("frame", (kind, row), own if axes is None else axes.axes_at(deck, key, centre))
 
 
 def shell_section(deck: Deck, block: Block) -> None:
@@ -176,6 +176,6 @@ def _put_axes(deck: Deck, axes: Orientation | None, keys: list[Key]) -> None:
                 near = abs(normal[0]) > np.cos(np.radians(NORMAL)) * size
                 axis = np.array([0.0, 0.0, 1.0]) if near else np.array([1.0, 0.0, 0.0])
             else:
-                rows = axes.at(deck, key, corners.mean(axis=0))
+                rows = axes.axes_at(deck, key, corners.mean(axis=0))
                 axis = rows[axes.axis % 3]  # the one after that along the normal
             deck.put("axis", (kind, row), axis)

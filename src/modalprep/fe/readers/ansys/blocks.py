@@ -49,7 +49,7 @@ def cut(line: str, widths: list[int]) -> list[str]:
     return fields
 
 
-def whole(command: Command, texts: list[str], line: int) -> list[int]:
+def integers(command: Command, texts: list[str], line: int) -> list[int]:
     """Return fields as whole numbers; blanks are 0."""
     try:
         return [int(text) if text else 0 for text in texts]
@@ -64,7 +64,7 @@ def node_rows(command: Command) -> Iterator[tuple[int, int, list[float]]]:
     integers = int(given[1]) if given else 0
     for line, text in command.rows:
         fields = cut(text, widths)
-        label = whole(command, fields[:1], line)[0]
+        label = integers(command, fields[:1], line)[0]
         values = [number(command, f, "coordinate", line) if f else 0.0 for f in fields[integers:]]
         yield line, label, (values + [0.0] * 6)[:6]
 
@@ -76,7 +76,7 @@ def element_rows(command: Command) -> Iterator[tuple[int, list[int]]]:
     waiting: list[int] = []
     first = missing = 0
     for line, text in command.rows:
-        numbers = whole(command, cut(text, widths), line)
+        numbers = integers(command, cut(text, widths), line)
         if waiting and missing > 0:
             waiting += numbers
         else:
@@ -95,7 +95,7 @@ def members(command: Command) -> list[int]:
     widths = layout(command)
     found = []
     for line, text in command.rows:
-        for value in whole(command, cut(text, widths), line):
+        for value in integers(command, cut(text, widths), line):
             if value >= 0 or not found:
                 found.append(value)
             elif found[-1] - value > 10_000_000 or -value - found[-1] > 10_000_000:
@@ -114,7 +114,7 @@ def real_sets(command: Command) -> Iterator[tuple[int, list[float]]]:
     for line, text in command.rows:
         fields = cut(text, others if left else widths)
         if not left:
-            label, left = whole(command, fields[:2] + ["0"] * (2 - len(fields)), line)
+            label, left = integers(command, fields[:2] + ["0"] * (2 - len(fields)), line)
             fields = fields[2:]
             values = []
         values += [number(command, f, "constant", line) if f else 0.0 for f in fields[:left]]

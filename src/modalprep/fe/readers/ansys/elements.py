@@ -64,7 +64,7 @@ def _add_solid(b: Builder, element: Element, kind: str, places: list[int]) -> No
     nodes = b.nodes(element, places)
     row = b.cell(element, kind, nodes, name)
     if system := b.system(element):
-        b.put("frame", kind, row, system.at(b.points[nodes].mean(axis=0)))
+        b.put("frame", kind, row, system.axes_at(b.points[nodes].mean(axis=0)))
 
 
 def _shell(b: Builder, element: Element) -> None:
@@ -84,7 +84,7 @@ def _shell_axis(b: Builder, element: Element, nodes: list[int], triangle: bool) 
     """Return x of the material: that of ESYS, else the middle of a quadrilateral's sides I-J and L-K."""
     points = b.points[nodes]
     if system := b.system(element):
-        return system.at(points.mean(axis=0))[0]
+        return system.axes_at(points.mean(axis=0))[0]
     side = points[1] - points[0]
     return side if triangle else side + points[2] - points[3]
 

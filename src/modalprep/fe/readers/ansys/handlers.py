@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.fe.readers.ansys.blocks import element_rows, members, node_rows, real_sets, whole
+from modalprep.fe.readers.ansys.blocks import element_rows, integers, members, node_rows, real_sets
 from modalprep.fe.readers.ansys.commands import Command, number
 from modalprep.fe.readers.ansys.deck import Deck, Element, ElementType, Held, SectionData
 from modalprep.fe.readers.ansys.systems import axes_of, local_system
@@ -62,7 +62,7 @@ def element(deck: Deck, command: Command) -> None:
     _add_element(deck, command, Element(label, kind, material, real, section, system, nodes, command.line))
 
 
-def more(deck: Deck, command: Command) -> None:
+def emore(deck: Deck, command: Command) -> None:
     """EMORE: further nodes of the last element."""
     if not deck.elements:
         raise command.error("no element stands before it; correct the file")
@@ -100,7 +100,7 @@ def option(deck: Deck, command: Command) -> None:
 def type_block(deck: Deck, command: Command) -> None:
     """ETBLOCK: types with their elements and options."""
     for line, text in command.rows:
-        kind, name, *options = [*whole(command, text.split(), line), 0, 0]
+        kind, name, *options = [*integers(command, text.split(), line), 0, 0]
         if kind > 0:
             deck.types[kind] = ElementType(str(name), dict(enumerate(options, 1)))
 

@@ -157,9 +157,9 @@ class Sections:
         if not name:
             raise self.deck.error(element, f"beam section {shape} is not symmetric; give it as ASEC with its numbers")
         sizes = {key: value * self.m for key, value in sizes.items()}
-        return self.made(element, beam_section, name, material=material, offset=self._at(element, section), **sizes)
+        return self.made(element, beam_section, name, material=material, offset=self._offset(element, section), **sizes)
 
-    def _at(self, element: Element, section: SectionData) -> tuple[float, float]:
+    def _offset(self, element: Element, section: SectionData) -> tuple[float, float]:
         """From the nodes to the centroid, along e2 and e3."""
         central = section.kind.startswith("PIPE") or section.shape in ("RECT", "CSOLID", "CTUBE")
         if section.place in ("", "CENT") and not section.kind.startswith("PIPE"):

@@ -82,7 +82,7 @@ class Card:
         """Return `count` numbers from field `first` on, blanks as zero."""
         return np.array([self.real(first + i, f"{what}{i + 1}", 0.0) for i in range(count)])
 
-    def whole(self, k: int) -> bool:
+    def is_integer(self, k: int) -> bool:
         """Whether field `k` is written as an integer, without a decimal point."""
         return INTEGER.fullmatch(self.text(k)) is not None
 
@@ -101,7 +101,7 @@ class Card:
         words = " ".join(self.fields[first:]).replace("THRU", " THRU ").split()
         found: list[int] = []
         while words:
-            ends = self._whole(words[:1], what), self._whole(words[2:3], what) if "THRU" in words[1:2] else 0
+            ends = self._integer(words[:1], what), self._integer(words[2:3], what) if "THRU" in words[1:2] else 0
             if ends[1]:
                 found += known[np.searchsorted(known, ends[0]) : np.searchsorted(known, ends[1], "right")].tolist()
             else:
@@ -109,7 +109,7 @@ class Card:
             words = words[3 if ends[1] else 1 :]
         return found
 
-    def _whole(self, words: list[str], what: str) -> int:
+    def _integer(self, words: list[str], what: str) -> int:
         word = words[0] if words else ""
         if not INTEGER.fullmatch(word) or int(word) < 1:
             raise self.error(f"{what} {_came(word)}; give ids, or a range as 1 THRU 9")

@@ -67,12 +67,14 @@ def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str]
     deck = read_cards(path)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
-            return _whole(path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore})
+            return _mesh_of_parts(
+                path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore}
+            )
     except ArithmeticError:
         raise InputError(f"{path.name}: its numbers overflow; correct its coordinates and values") from None
 
 
-def _whole(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
+def _mesh_of_parts(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
     parts = sections(deck.cards)
     if len(parts) == 1:
         mesh = _mesh(path, deck, units, ignore)

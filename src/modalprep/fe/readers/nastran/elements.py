@@ -46,7 +46,7 @@ def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[
         return
     if number < 0:
         raise section.error("CORDM = -1 (axes of the element) is not read; give a coordinate system or 0")
-    axes = b.grids.system(section, number).at(b.grids.points[nodes].mean(axis=0))
+    axes = b.grids.system(section, number).axes_at(b.grids.points[nodes].mean(axis=0))
     b.put("frame", kind, row, axes)
 
 
@@ -78,9 +78,9 @@ def _shell(b: Builder, card: Card) -> None:
 
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
-    if card.whole(k):
+    if card.is_integer(k):
         centre = b.grids.points[b.cells[kind][row]].mean(axis=0)
-        b.put("axis", kind, row, b.grids.system(card, card.integer(k, "MCID", lowest=0)).at(centre)[0])
+        b.put("axis", kind, row, b.grids.system(card, card.integer(k, "MCID", lowest=0)).axes_at(centre)[0])
     elif angle := card.real(k, "THETA", 0.0):
         b.put("angle", kind, row, math.radians(angle))
 
@@ -135,7 +135,7 @@ def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Car
     source = card if any(card.fields[4:7]) or not defaults else defaults[0]
     if not any(source.fields[4:7]):
         raise card.error("its orientation is missing; give X1, X2, X3 or a grid G0")
-    if source.whole(4) and not any(source.fields[5:7]):
+    if source.is_integer(4) and not any(source.fields[5:7]):
         return b.grids.points[b.grids.node(source, 4, "G0")] - b.grids.points[nodes[0]]
     axes = np.eye(3) if flags[:1] == "B" else b.grids.displacement(nodes[0])
     return source.reals(4, 3, "X") @ axes
@@ -186,7 +186,7 @@ def _bush(b: Builder, card: Card) -> None:
 def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:
     points = b.grids.points
     if card.text(7):
-        return b.grids.system(card, card.integer(7, "CID", lowest=0)).at(points[nodes[0]])
+        return b.grids.system(card, card.integer(7, "CID", lowest=0)).axes_at(points[nodes[0]])
     axis = points[nodes[-1]] - points[nodes[0]]
     if not axis.any():
         raise card.error("its grids coincide or GB is blank and CID is missing; give CID, 0 for the basic system")

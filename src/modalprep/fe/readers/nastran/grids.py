@@ -118,7 +118,7 @@ class Grids:
 
     def displacement(self, i: int) -> np.ndarray:
         """Return the rows e1, e2, e3 of the displacement system of grid row `i`."""
-        return self.systems[int(self.cd[i])].at(self.points[i])
+        return self.systems[int(self.cd[i])].axes_at(self.points[i])
 
 
 def _scalar_points(tables: Tables) -> list[tuple[int, int]]:

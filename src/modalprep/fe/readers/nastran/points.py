@@ -59,7 +59,7 @@ def _mass(b: Builder, card: Card) -> None:
     offset = card.reals(4, 3, "X")
     I11, I21, I22, I31, I32, I33 = card.reals(8, 6, "inertia ")
     tensor = np.array([[I11, -I21, -I31], [-I21, I22, -I32], [-I31, -I32, I33]])
-    axes = b.grids.system(card, max(cid, 0)).at(point)
+    axes = b.grids.system(card, max(cid, 0)).axes_at(point)
     offset = offset - point if cid == -1 else offset @ axes
     tensor = axes.T @ tensor @ axes * b.units.inertial * b.units.length**2
     name = f"conm2_{card.id}"
@@ -78,7 +78,7 @@ def _conm1(b: Builder, card: Card) -> None:
     node = b.grids.node(card, 1, "G")
     axes = np.eye(3)
     if cid := card.integer(2, "CID", 0, lowest=0):
-        axes = b.grids.system(card, cid).at(b.grids.points[node])
+        axes = b.grids.system(card, cid).axes_at(b.grids.points[node])
     M = np.zeros((6, 6))
     M[np.tril_indices(6)] = card.reals(3, 21, "M")
     M += np.tril(M, -1).T

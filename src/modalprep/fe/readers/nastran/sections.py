@@ -104,7 +104,7 @@ def pbeam(conversion: Conversion, card: Card) -> Section:
 
 def pbend(conversion: Conversion, card: Card) -> Section:
     """PBEND: A, I1 in the plane of the arc, I2, J; or mean radius RM and wall T of a pipe behind FSI."""
-    if card.whole(2) and card.integer(2, "FSI") in (1, 2, 3):
+    if card.is_integer(2) and card.integer(2, "FSI") in (1, 2, 3):
         if card.integer(2, "FSI") > 1:
             conversion.note("PBEND: a pipe has the flexibility of its circular section, without that of its ovalling")
         radius, wall = card.real(3, "RM"), card.real(4, "T")
