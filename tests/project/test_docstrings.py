@@ -18,9 +18,9 @@ PUBLIC = {name.rpartition(".")[2] for name in public_homes()}
 # Of fields that assembly and recovery read, not users.
 INTERNAL = {
     "Elements",
-    "GeometricStiffness",
     "Groups",
     "MassTensor",
+    "PrestressStiffness",
     "SharedNode",
     "RigidInertia",
     "RotatingMass",

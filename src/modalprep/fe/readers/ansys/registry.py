@@ -32,7 +32,7 @@ COMMANDS: dict[str, Entry] = {
     "EBLOCK": Entry("read", "", h.eblock),
     "E": Entry("read", "", h.element),
     "EN": Entry("read", "", h.element),
-    "EMORE": Entry("read", "", h.more),
+    "EMORE": Entry("read", "", h.emore),
     **{name: Entry("read", "", h.attribute) for name in ("TYPE", "MAT", "REAL", "SECNUM", "ESYS")},
     "ET": Entry("read", "", h.element_type),
     "ETBLOCK": Entry("read", "", h.type_block),
