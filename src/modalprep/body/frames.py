@@ -245,7 +245,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     return moved.with_(**per_interface, interface_name=tuple(body.interface_name[j] for j in order))
 
 
-def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
+def _following(body: FlexibleBody, rigid_motion: Follow) -> FlexibleBody:
     """Change to a frame that follows the deformation, and to the modes of that frame."""
     old = Moments(body.S, body.H, body.phi, body.psi)
     a = -rigid_motion(old)
