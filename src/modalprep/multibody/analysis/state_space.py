@@ -35,8 +35,8 @@ class StateSpace(Record):
     udot : (nu,)
         Accelerations there; zero at rest or in a steady motion.
     error : float
-        Largest estimated error of an entry of A, relative to its column, the coordinates counted in their sizes; or of C,
-        relative to its largest entry.
+        Largest estimated error of an entry of A, relative to its column, the coordinates counted in their sizes; or of
+        C, relative to its largest entry.
     error_estimate : (2 n, 2 n)
         Estimated error of each entry of A.
 
