@@ -1,4 +1,7 @@
-"""Records that draw themselves: the one place from which lower packages reach `report`, at run time only."""
+"""Records that draw themselves, by the painters that `report.show` registers for their types.
+
+`painters` is the one place from which lower packages reach `report`, at run time only.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import base64
 import html
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from modalprep.atomic import atomic_path
@@ -97,14 +101,113 @@ class Page:
         return path
 
 
-def draw(kind: str, *args: Any, **options: Any) -> Any:
-    """Call a function of `modalprep.report.show`, which is loaded at the first drawing.
+def painters() -> ModuleType:
+    """Return `modalprep.report.show`, which draws each type of record; it is loaded at the first drawing.
 
     Examples
     --------
     >>> from modalprep.reduction.table import ModeTable
-    >>> import numpy as np
-    >>> draw("effective_mass", ModeTable.empty(np.ones(6)), None).get_xlabel()[:14]
-    'effective mass'
+    >>> ModeTable in painters().plot.registry
+    True
     """
-    return getattr(import_module("modalprep.report.show"), kind)(*args, **options)
+    return import_module("modalprep.report.show")
+
+
+class Plotted:
+    """A record that can be plotted."""
+
+    def plot(self, *args: Any, **options: Any) -> Any:
+        """Show the record in a window or in a notebook; its type says what it takes.
+
+        A mesh and a model
+            Nothing: the cells and the interfaces are shown.
+        A body
+            ``mode`` (int, counted from 1; the undeformed body by default) and its ``colour``, ``displacement`` or
+            ``energy``.
+        A system
+            ``run`` (a `Result` of it; by default the start values of the joints) and ``time`` (s; the nearest sample
+            is shown, the last by default).
+        A result
+            The names of channels, such as ``"hinge.angle"``; ``axes`` of matplotlib (a new figure by default),
+            ``title``, ``ylabel``.
+        A table of modes
+            ``axes``: the effective masses of the kept vectors are stacked for each direction.
+
+        Returns
+        -------
+        object
+            Of results and tables the axes; of the others what pyvista's ``show`` returns: the scene in a notebook,
+            None after a window is closed.
+
+        Raises
+        ------
+        InputError
+            When there is no such mode, colour or channel, the run is of another system, or the time lies outside.
+        RenderError
+            When there is no display, or the machine cannot draw.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from modalprep.multibody.results.result import Result
+        >>> t = np.array([0.0, 1.0])
+        >>> run = Result(time=t, channels={"a.angle": t**2}, status="done", message="")
+        >>> run.plot("a.angle").get_ylabel()
+        'a.angle'
+        """
+        return painters().plot(self, *args, **options)
+
+
+class Viewed(Plotted):
+    """A record with a page in three dimensions."""
+
+    def view(self, *args: Any, **options: Any) -> Page:
+        """Return a page to turn the record and let its modes move, which a notebook shows and a browser opens.
+
+        A system takes a ``run``, a `Result` of it, which the page plays; without it the bodies are where the start
+        values of the joints put them. Meshes, models and bodies take nothing.
+
+        Returns
+        -------
+        modalprep.Page
+            A notebook shows it without further packages; ``save`` writes it.
+
+        Raises
+        ------
+        InputError
+            When the run is of another system.
+        RenderError
+            When a cell type cannot be drawn.
+        """
+        return painters().view(self, *args, **options)
+
+
+class Animated(Viewed):
+    """A record that moves."""
+
+    def animate(self, *args: Any, **options: Any) -> Film:
+        """Draw one period of a mode of a body, or a run of a system, as a film.
+
+        A body
+            ``mode`` (int, counted from 1), ``kind``, and the options of `modalprep.report.animate_mode`, such as
+            ``colour="energy"`` or ``size=(480, 360)``.
+        A system
+            ``run`` (a `Result` of it), ``kind``, ``seconds`` (duration), ``frames`` (number of pictures), ``size``
+            (pixels), and the fields of `modalprep.report.FilmStyle`, such as ``exaggeration=20`` or
+            ``trails=["arm.tip"]``.
+
+        ``kind`` is ``webp`` or ``gif``; a GIF is several times as large.
+
+        Returns
+        -------
+        modalprep.Film
+            An animation, which a notebook plays and ``save`` writes.
+
+        Raises
+        ------
+        InputError
+            When there is no such mode, colour or kind, or the run is of another system.
+        RenderError
+            When the machine cannot draw.
+        """
+        return painters().animate(self, *args, **options)

@@ -43,8 +43,8 @@ LAYERS = {
         "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "terminal", "numbers", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts",
-        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble",
+        "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",
+        "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "synthesis", "ensemble",
         "body_page", "explain", "correlation", "page", "run_page", "view", "study", "show",
     ),
     "pipeline": (
@@ -55,10 +55,10 @@ LAYERS = {
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},
-    "meshio": {"fe", "report"},
+    "meshio": {"fe"},
     "gmsh": {"fe"},
     "numba": {"compiler"},
-    "pyvista": {"report"},
+    "pyvista": {"report.pictures", "report.show"},
     "matplotlib": {"report"},
     "pydantic": {"pipeline"},
     "symengine": {"multibody"},

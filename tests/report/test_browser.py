@@ -13,7 +13,7 @@ from report.page_of_all import whole_page
 from modalprep.examples import uniform_beam
 from modalprep.report.mac import auto_mac
 from modalprep.report.page import BodyPage, write_page
-from modalprep.report.pictures.colour import WORDS
+from modalprep.report.scene.colour import WORDS
 
 pytestmark = needs_browser
 
@@ -280,7 +280,7 @@ def test_hostile_names_are_only_shown(cantilever, pages):
 def test_many_triangles_are_drawn_without_their_edges(block, pages, monkeypatch):
     probe = 'out.edges = document.querySelector("[name=edges]").checked;'
     assert run_page(*pages(block), probe)["edges"]
-    monkeypatch.setattr("modalprep.report.scene.EDGED", 10)
+    monkeypatch.setattr("modalprep.report.viewer.still.EDGED", 10)
     assert not run_page(*pages(block), probe)["edges"]
 
 

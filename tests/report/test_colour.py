@@ -14,9 +14,9 @@ from modalprep.examples import uniform_beam
 from modalprep.formats.modalfile import write_body
 from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
-from modalprep.report.pictures.colour import FULL, node_colour
 from modalprep.report.pictures.sheet import contact_sheet
-from modalprep.report.scene import scene
+from modalprep.report.scene.colour import FULL, node_colour
+from modalprep.report.viewer.still import scene_data
 
 needs_drawing = pytest.mark.usefixtures("drawing")
 
@@ -154,13 +154,13 @@ def test_command_takes_the_colour(beam, options, tmp_path):
 
 
 def test_scene_holds_the_strain_of_its_nodes(beam, cantilever):
-    data = scene(beam)
+    data = scene_data(beam)
     assert list(data["colours"]) == ["displacement", "energy"]
     for k, mode in enumerate(data["modes"]):
         strain = np.frombuffer(base64.b64decode(mode["energy"]), dtype="u1") / 255
         np.testing.assert_allclose(strain[:41], node_colour(beam, k + 1, "energy"), atol=0.5 / 255)
         assert not strain[41:].any()  # the interfaces have their own colour
-    without = scene(cantilever)
+    without = scene_data(cantilever)
     assert list(without["colours"]) == ["displacement"]
     assert without["modes"][0]["energy"] == ""
 

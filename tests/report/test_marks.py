@@ -6,6 +6,7 @@ import pytest
 from modalprep.report.pictures.body_parts import label_shifts
 from modalprep.report.pictures.marks import FONT, HEIGHT, WIDTH, pixels
 from modalprep.report.pictures.render import framed_plotter
+from modalprep.report.scene.record import scene_of
 
 SIZE = (1000, 750)
 
@@ -13,7 +14,7 @@ SIZE = (1000, 750)
 @pytest.mark.usefixtures("drawing")
 @pytest.mark.parametrize("name", ["cantilever", "block", "frame"])
 def test_names_cover_nothing_of_the_body(name, request):
-    body = request.getfixturevalue(name)
+    body = scene_of(request.getfixturevalue(name))
     plotter = framed_plotter(body, SIZE, body.points, None, text=False)
     shifts = label_shifts(plotter, body, [body.points], body.interface_position)
     middles = pixels(plotter, body.interface_position) + shifts
@@ -31,7 +32,7 @@ def test_names_cover_nothing_of_the_body(name, request):
 @pytest.mark.usefixtures("drawing")
 def test_pixels_are_those_of_the_picture(cantilever):
     """The middle of the picture is the camera's focal point, and a parallel scale is half of its height."""
-    plotter = framed_plotter(cantilever, SIZE, cantilever.points, None, text=False)
+    plotter = framed_plotter(scene_of(cantilever), SIZE, cantilever.points, None, text=False)
     focus, up = np.array(plotter.camera.focal_point), np.array(plotter.camera.up)
     found = pixels(plotter, np.array([focus, focus + plotter.camera.parallel_scale * up]))
     plotter.close()

@@ -11,8 +11,8 @@ import modalprep as mp
 from modalprep.errors import RenderError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
-from modalprep.report.pictures.camera import view
 from modalprep.report.pictures.sheet import render_modes
+from modalprep.report.scene.camera import view
 
 needs_drawing = pytest.mark.usefixtures("drawing")
 

@@ -7,8 +7,8 @@ import pytest
 
 import modalprep as mp
 from modalprep.report.mac import SHOWN, auto_mac, mac_chart
-from modalprep.report.pictures.motion import largest_displacement, unseen_modes
-from modalprep.report.scene import FULL, drawable, scene
+from modalprep.report.scene.motion import largest_displacement, unseen_modes
+from modalprep.report.viewer.still import FULL, drawable, scene_data
 
 
 def decoded(text, kind):
@@ -18,7 +18,7 @@ def decoded(text, kind):
 @pytest.mark.parametrize("name", ["cantilever", "block", "frame"])
 def test_points_and_shapes_can_be_read_back(name, request):
     body = request.getfixturevalue(name)
-    data = scene(body)
+    data = scene_data(body)
     size = np.linalg.norm(np.ptp(body.points, axis=0))
     points = decoded(data["points"], "<f4").reshape(-1, 3)
     used = np.unique(np.concatenate([nodes.ravel() for kind, nodes in body.cells.items() if kind != "vertex"]))
@@ -37,15 +37,15 @@ def test_points_and_shapes_can_be_read_back(name, request):
 
 
 def test_large_bodies_stay_small_and_are_reported(block):
-    data = scene(block, triangles=100, shape_bytes=1)
+    data = scene_data(block, triangles=100, shape_bytes=1)
     assert 0 < data["counts"][0] <= 100
-    whole = scene(block)["counts"][0]
+    whole = scene_data(block)["counts"][0]
     assert f"drawn with {data['counts'][0]} of its {whole} triangles" in data["notes"][0]
     assert "holds modes 1 to 1 of 2" in data["notes"][1]
     assert len(data["modes"]) == 1
-    corners = scene(block, triangles=whole - 1)  # the corner nodes are enough of a saving
+    corners = scene_data(block, triangles=whole - 1)  # the corner nodes are enough of a saving
     assert corners["counts"][0] == whole / 4
-    assert scene(block)["notes"] == []
+    assert scene_data(block)["notes"] == []
 
 
 def test_noise_of_a_mode_with_rotations_only_is_not_enlarged(cantilever):
@@ -53,7 +53,7 @@ def test_noise_of_a_mode_with_rotations_only_is_not_enlarged(cantilever):
     shape[:, :, 2] *= 1e-12
     body = cantilever.with_(shape=shape)
     assert unseen_modes(shape) == [3]
-    assert not decoded(scene(body)["modes"][2]["shape"], "<i2").any()
+    assert not decoded(scene_data(body)["modes"][2]["shape"], "<i2").any()
     assert auto_mac(shape)[2].tolist() == [0] * 5
     assert auto_mac(shape)[0, 0] == pytest.approx(1)
 

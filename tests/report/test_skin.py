@@ -1,7 +1,6 @@
 """The outer surface as arrays: closed, of the right area, through mid-side nodes, as VTK finds it."""
 
-from types import SimpleNamespace
-
+import meshio
 import numpy as np
 import pytest
 from report.conftest import block_points, hexahedra, quadratic
@@ -10,7 +9,7 @@ from vtkmodules import vtkCommonDataModel
 
 from modalprep.errors import RenderError
 from modalprep.fe.mesh.cells import CELLS
-from modalprep.report.pictures.skin import outer_skin, simplified
+from modalprep.report.scene.skin import outer_skin, simplified
 
 REFERENCE = {  # VTK's cell of each kind: it knows by itself where the nodes of second order lie
     ("tetra", 4): "vtkTetra", ("tetra", 10): "vtkQuadraticTetra", ("pyramid", 5): "vtkPyramid",
@@ -113,9 +112,11 @@ def test_curved_beams_run_through_their_middle_node():
 
 
 def test_skin_agrees_with_vtk(bracket_body):
-    surface = pytest.importorskip("modalprep.report.pictures.surface")
+    pyvista = pytest.importorskip("pyvista")
     skin = outer_skin(bracket_body.points, bracket_body.cells)
-    drawn = surface.surface(bracket_body, bracket_body.points)
+    cells = {kind: nodes for kind, nodes in bracket_body.cells.items() if kind != "vertex"}
+    grid = pyvista.from_meshio(meshio.Mesh(bracket_body.points, cells))
+    drawn = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=1)
     assert len(skin.triangles) == drawn.n_cells
     assert area(bracket_body.points, skin.triangles) == pytest.approx(drawn.area, rel=1e-6)
 
@@ -124,13 +125,12 @@ def test_outline_is_that_of_the_undeformed_body():
     """Closed form: the twelve edges of a block; nodes that move fold the surface between any faces, as VTK finds."""
     surface = pytest.importorskip("modalprep.report.pictures.surface")
     points = block_points((4, 4, 4), (1.0, 2.0, 3.0))
-    block = SimpleNamespace(points=points, cells={"hexahedron": hexahedra((4, 4, 4))})
-    still = surface.outline(block, points)
+    skin = outer_skin(points, {"hexahedron": hexahedra((4, 4, 4))})
+    still = surface.segments(skin.outline, points)
     ends = points[still.lines.reshape(-1, 3)[:, 1:]]
     assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum() == pytest.approx(4 * (1 + 2 + 3), rel=1e-12)
     crumpled = points + 0.2 * np.random.default_rng(0).standard_normal(points.shape)
-    np.testing.assert_array_equal(surface.outline(block, crumpled).lines, still.lines)
-    assert surface.surface(block, crumpled).extract_feature_edges(30).n_cells > 2 * still.n_cells
+    assert surface.surface(skin, crumpled).extract_feature_edges(30).n_cells > 2 * still.n_cells
 
 
 def test_large_surfaces_keep_their_shape_when_simplified():

@@ -11,10 +11,10 @@ from modalprep.body.rigid import rigid_body
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
 from modalprep.multibody.model.loads import AxialSpring
-from modalprep.report.pictures.camera import viewpoint
 from modalprep.report.pictures.system_animation import animate_system, render_motion
-from modalprep.report.pictures.system_parts import FilmStyle, lines_between
-from modalprep.report.pictures.system_scene import SystemScene
+from modalprep.report.scene.camera import viewpoint
+from modalprep.report.scene.style import FilmStyle, lines_between
+from modalprep.report.scene.system import SystemScene
 from modalprep.report.tables import prefixed
 
 needs_drawing = pytest.mark.usefixtures("drawing")

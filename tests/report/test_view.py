@@ -11,9 +11,10 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import beam_mesh, uniform_beam
 from modalprep.report import view_body, view_mesh, view_run
-from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
-from modalprep.report.scene import FULL
-from modalprep.report.view.motion import run_scene
+from modalprep.report.scene.style import FilmStyle
+from modalprep.report.scene.system import SystemScene
+from modalprep.report.viewer.run import run_data
+from modalprep.report.viewer.still import FULL
 
 LOOK = VIEW.split("if (out.state")[0]
 FITS = """
@@ -151,7 +152,7 @@ def test_a_mesh_is_turned(tmp_path):
 def test_frames_have_the_places_of_the_run(swing):
     """Rest, deflection and pose of the viewer give the places that films draw, to 1e-4 of the size (16 bits)."""
     system, result = swing
-    scene, film = run_scene(system, result), SystemScene(*swing, 41, FilmStyle())
+    scene, film = run_data(system, result), SystemScene(*swing, 41, FilmStyle())
     poses = decoded(scene["run"]["poses"], "<f4").reshape(41, 2, 7)
     arm = scene["run"]["parts"][0]
     rest, bend = decoded(arm["rest"], "<f4").reshape(-1, 3), decoded(arm["bend"], "<i2").reshape(41, -1, 3)

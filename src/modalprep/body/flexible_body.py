@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.body.recovery import BodyMotion, Recovery
 from modalprep.body.stress import StressModes
-from modalprep.drawing import Film, Page, draw
+from modalprep.drawing import Animated
 from modalprep.records import Record, filled, given
 from modalprep.reduction.table import ModalBody, ModeTable
 from modalprep.verdicts.notes import with_warnings
@@ -19,7 +19,7 @@ ORIGIN, AXES = "origin at the root interface", "axes of the mesh"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FlexibleBody(Record, ModalBody):
+class FlexibleBody(Record, ModalBody, Animated):
     """A flexible body in modal coordinates (theory 4).
 
     Frame B has its origin at the root interface and the axes of the mesh, unless `frame` says otherwise
@@ -256,71 +256,6 @@ class FlexibleBody(Record, ModalBody):
         A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 6.7; theory 4.5.
         """
         return self.conventional().with_(P=np.zeros_like(self.P))
-
-    def plot(self, *, mode: int | None = None, colour: str = "displacement") -> Any:
-        """Show the body, or one of its modes, in a window or in a notebook.
-
-        Parameters
-        ----------
-        mode : int, optional
-            Counted from 1; the undeformed body by default.
-        colour : {"displacement", "energy"}
-            Of the mode.
-
-        Returns
-        -------
-        object
-            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
-
-        Raises
-        ------
-        InputError
-            When there is no such mode or colour.
-        RenderError
-            When there is no display, or the machine cannot draw.
-        """
-        return draw("body", self, mode, colour)
-
-    def animate(self, mode: int, *, kind: str = "webp", **options: Any) -> Film:
-        """Draw one period of a mode.
-
-        Parameters
-        ----------
-        mode : int
-            Counted from 1.
-        kind : {"webp", "gif"}
-            Of the file; a GIF is several times as large.
-        **options
-            Of `modalprep.report.animate_mode`, such as ``colour="energy"`` or ``size=(480, 360)``.
-
-        Returns
-        -------
-        modalprep.Film
-            An animation, which a notebook plays and ``save`` writes.
-
-        Raises
-        ------
-        InputError
-            When there is no such mode, colour or kind.
-        RenderError
-            When the machine cannot draw.
-        """
-        return draw("mode_film", self, mode, kind, **options)
-
-    def view(self) -> Page:
-        """Return the body in a page to turn it and let its modes move, which a notebook shows and a browser opens.
-
-        Returns
-        -------
-        modalprep.Page
-            A notebook shows it without further packages; ``save`` writes it.
-
-        Raises
-        ------
-        RenderError
-            When a cell type cannot be drawn.
-        """
-        return draw("body_view", self)
 
     def __repr__(self) -> str:
         """Name, size, mass and frequency range, and the warnings."""

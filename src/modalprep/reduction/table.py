@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
-from modalprep.drawing import draw
+from modalprep.drawing import Plotted
 from modalprep.extras import need
 from modalprep.notebook import html_table
 from modalprep.records import Record
@@ -24,7 +24,7 @@ FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ModeTable(Record):
+class ModeTable(Record, Plotted):
     """Candidate vectors of a reduction and their selection.
 
     Attributes
@@ -81,25 +81,6 @@ class ModeTable(Record):
             for k, kind in enumerate(self.kind)
         ]
         return html_table(repr(self), header, rows)
-
-    def plot(self, *, axes: Any = None) -> Any:
-        """Draw the effective masses of the kept vectors, stacked for each direction.
-
-        Parameters
-        ----------
-        axes : matplotlib Axes, optional
-            Where to draw; a new figure of pyplot by default, which notebooks show.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> ModeTable.empty(np.ones(6)).plot().get_xlabel()[:14]
-        'effective mass'
-        """
-        return draw("effective_mass", self, axes)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the rows of the table.

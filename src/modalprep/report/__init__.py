@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.sheet import contact_sheet as contact_sheet
     from modalprep.report.pictures.system_animation import animate_system as animate_system
     from modalprep.report.pictures.system_animation import render_motion as render_motion
-    from modalprep.report.pictures.system_parts import FilmStyle as FilmStyle
     from modalprep.report.run_page.page import RunPage as RunPage
     from modalprep.report.run_page.page import write_run_page as write_run_page
+    from modalprep.report.scene.style import FilmStyle as FilmStyle
     from modalprep.report.view.page import view_body as view_body
     from modalprep.report.view.page import view_mesh as view_mesh
     from modalprep.report.view.page import view_run as view_run
@@ -39,7 +39,7 @@ _NAMES = {
     "pictures.animation": "animate_mode",
     "pictures.mesh_picture": "render_findings",
     "pictures.system_animation": "animate_system render_motion",
-    "pictures.system_parts": "FilmStyle",
+    "scene.style": "FilmStyle",
     "charts.mass_chart": "effective_mass_plot",
     "charts.plots": "history_plot",
     "run_page.page": "RunPage write_run_page",

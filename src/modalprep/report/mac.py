@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.correlation import criteria
 from modalprep.errors import InputError
-from modalprep.report.pictures.motion import largest_displacement
+from modalprep.report.scene.motion import largest_displacement
 from modalprep.report.tables import hertz
 
 SHOWN = 60  # maximum number of modes in the matrix

@@ -21,7 +21,7 @@ from modalprep.report.body_page.section import Section
 from modalprep.report.explain.body import describe_body
 from modalprep.report.mac import mac_chart
 from modalprep.report.numbers import number
-from modalprep.report.scene import drawable
+from modalprep.report.viewer.still import drawable
 from modalprep.verdicts.verdict import Requirement, Verdict
 
 if TYPE_CHECKING:

@@ -1,52 +1,98 @@
-"""Charts, scenes and films in a window or a notebook: `plot` and `animate` of the records."""
+"""`plot`, `view` and `animate` of the records, by the type of the record: `drawing` calls them."""
 
 from __future__ import annotations
 
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modalprep.drawing import Film, Page
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.drawing import Animated, Film, Page, Plotted, Viewed
 from modalprep.errors import InputError, RenderError
 from modalprep.extras import need
+from modalprep.multibody.model.system import System
+from modalprep.multibody.results.result import Result
+from modalprep.multibody.simulate import start_channels
+from modalprep.reduction.table import ModeTable
+from modalprep.report.charts.figures import show_verbatim
+from modalprep.report.charts.mass_chart import draw_effective_mass
+from modalprep.report.charts.plots import draw_histories
 from modalprep.report.pictures.animation import animate_mode
-from modalprep.report.pictures.mesh_picture import Body
 from modalprep.report.pictures.render import PICTURE, drawing_problem, mesh_scene, mode_scene
-from modalprep.report.view.page import view_body, view_mesh, view_run, view_still
+from modalprep.report.pictures.system_animation import animate_system
+from modalprep.report.scene.record import Scene, scene_of
+from modalprep.report.scene.style import FilmStyle
+from modalprep.report.scene.system import SystemScene
+from modalprep.report.view.page import view_body, view_run, view_still
 from modalprep.suggest import refuse_unknown
 
 if TYPE_CHECKING:
+    import pyvista
     from matplotlib.axes import Axes
-
-    from modalprep.body.flexible_body import FlexibleBody
-    from modalprep.multibody.model.system import System
-    from modalprep.multibody.results.result import Result
-    from modalprep.reduction.table import ModeTable
 
 WINDOW = (1000, 750)
 FILMS = ("webp", "gif")
 
 
-def histories(run: Result, channels: Sequence[str], axes: Axes | None, **options: Any) -> Axes:
-    """Draw channels of a run over time."""
-    from modalprep.report.charts.figures import show_verbatim
-    from modalprep.report.charts.plots import draw_histories
+@singledispatch
+def plot(shown: Plotted, *args: Any, **options: Any) -> Any:
+    """Show a record; by default a mesh, or a model with its interfaces."""
+    drawn = _mesh_scene(shown, *args, **options)
+    return _show(lambda off: mesh_scene(drawn, WINDOW, off_screen=off))
 
+
+def _mesh_scene(shown: Any) -> Scene:
+    """Return the scene of a mesh or a model."""
+    source = shown.source if isinstance(shown.source, str) else shown.source.get("mesh", "")
+    frames = getattr(shown, "interfaces", ())
+    return Scene(
+        name=Path(source).stem or "mesh",
+        points=shown.points,
+        cells=shown.cells,
+        interface_name=tuple(frame.name for frame in frames),
+        interface_position=np.array([frame.position for frame in frames]).reshape(-1, 3),
+    )
+
+
+@plot.register(FlexibleBody)
+def _plot_body(body: FlexibleBody, *, mode: int | None = None, colour: str = "displacement") -> Any:
+    scene = scene_of(body)
+    if mode is None:
+        return _show(lambda off: mesh_scene(scene, WINDOW, off_screen=off))
+    return _show(lambda off: mode_scene(scene, mode, colour, WINDOW, off_screen=off))
+
+
+@plot.register(System)
+def _plot_system(system: System, run: Result | None = None, *, time: float | None = None) -> Any:
+    state = start_channels(system) if run is None else run
+    scene = SystemScene(system, _one_time(state, time), 1, FilmStyle())
+
+    def stage(off_screen: bool) -> pyvista.Plotter:
+        from modalprep.report.pictures.system_picture import SystemPicture
+
+        picture = SystemPicture(scene, WINDOW, off_screen=off_screen)
+        picture.place(0)
+        return picture.plotter
+
+    return _show(stage)
+
+
+@plot.register(Result)
+def _plot_histories(run: Result, *channels: str, axes: Axes | None = None, title: str = "", ylabel: str = "") -> Axes:
     axes = axes or _axes((9.0, 5.0))
-    draw_histories(axes, {"run": run}, channels, **options)
+    draw_histories(axes, {"run": run}, channels, title=title, ylabel=ylabel)
     show_verbatim(axes)
     return axes
 
 
-def effective_mass(table: ModeTable, axes: Axes | None) -> Axes:
-    """Draw the effective masses of a table."""
-    from modalprep.report.charts.mass_chart import draw_effective_mass
-
+@plot.register(ModeTable)
+def _plot_effective_mass(table: ModeTable, *, axes: Axes | None = None) -> Axes:
     axes = axes or _axes((9.0, 4.4))
     draw_effective_mass(axes, table)
     return axes
@@ -59,69 +105,49 @@ def _axes(size: tuple[float, float]) -> Axes:
     return pyplot.figure(figsize=size, layout="constrained").add_subplot()
 
 
-def mesh(shown: Any) -> Any:
-    """Show a mesh."""
-    name = Path(shown.source).stem or "mesh"
-    return _show(lambda off: mesh_scene(Body(name, shown.points, _structural(shown.cells)), WINDOW, off_screen=off))
+@singledispatch
+def view(shown: Viewed, *args: Any, **options: Any) -> Page:
+    """Return the page of a record; by default of a mesh, or of a model with its interfaces."""
+    drawn = _mesh_scene(shown, *args, **options)
+    return _page(lambda path: view_still(drawn, path))
 
 
-def _structural(cells: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {kind: nodes for kind, nodes in cells.items() if kind != "vertex" and len(nodes)}
+@view.register(FlexibleBody)
+def _view_body(body: FlexibleBody) -> Page:
+    return _page(lambda path: view_body(body, path))
 
 
-def model(shown: Any) -> Any:
-    """Show an assembled model with its interfaces."""
-    drawn = _model(shown)
-    return _show(lambda off: mesh_scene(drawn, WINDOW, off_screen=off))
+@view.register(System)
+def _view_system(system: System, run: Result | None = None) -> Page:
+    state = start_channels(system) if run is None else run
+    return _page(lambda path: view_run(system, state, path, name="system"))
 
 
-def _model(shown: Any) -> Body:
-    names = tuple(frame.name for frame in shown.interfaces)
-    places = np.array([frame.position for frame in shown.interfaces]).reshape(-1, 3)
-    name = Path(shown.source.get("mesh", "")).stem or "model"
-    return Body(name, shown.points, _structural(shown.cells), names, places)
+@singledispatch
+def animate(shown: Animated, *args: Any, **options: Any) -> Film:
+    """Return the film of a record."""
+    raise TypeError(f"{type(shown).__name__} does not move")
 
 
-def body(shown: FlexibleBody, mode: int | None, colour: str) -> Any:
-    """Show a body, or one of its modes."""
-    if mode is None:
-        return _show(lambda off: mesh_scene(shown, WINDOW, off_screen=off))
-    return _show(lambda off: mode_scene(shown, mode, colour, WINDOW, off_screen=off))
+@animate.register(FlexibleBody)
+def _animate_mode(body: FlexibleBody, mode: int, *, kind: str = "webp", **options: Any) -> Film:
+    return _film(lambda path: animate_mode(body, mode, path, **options), kind)
 
 
-def mode_film(shown: FlexibleBody, mode: int, kind: str, **options: Any) -> Film:
-    """Draw one period of a mode."""
-    return _film(lambda path: animate_mode(shown, mode, path, **options), kind)
-
-
-def system_film(system: System, run: Result, kind: str, style: dict[str, Any], **options: Any) -> Film:
-    """Draw a run of a system."""
-    from modalprep.report.pictures.system_animation import animate_system
-    from modalprep.report.pictures.system_parts import FilmStyle
-
-    return _film(lambda path: animate_system(system, run, path, style=FilmStyle(**style), **options), kind)
-
-
-def mesh_view(shown: Any) -> Page:
-    """Return a page with a mesh."""
-    return _page(lambda path: view_mesh(shown, path))
-
-
-def model_view(shown: Any) -> Page:
-    """Return a page with an assembled model and its interfaces."""
-    return _page(lambda path: view_still(_model(shown), path))
-
-
-def body_view(shown: FlexibleBody) -> Page:
-    """Return a page with a body and its modes."""
-    return _page(lambda path: view_body(shown, path))
-
-
-def system_view(shown: System, run: Result | None) -> Page:
-    """Return a page with a run of a system, or with its start."""
-    from modalprep.multibody.simulate import start_channels
-
-    return _page(lambda path: view_run(shown, start_channels(shown) if run is None else run, path, name="system"))
+@animate.register(System)
+def _animate_system(
+    system: System,
+    run: Result,
+    *,
+    kind: str = "webp",
+    seconds: float = 5.0,
+    frames: int = 60,
+    size: tuple[int, int] = (720, 540),
+    **style: Any,
+) -> Film:
+    drawn = FilmStyle(**style)
+    options: Any = {"style": drawn, "seconds": seconds, "frames": frames, "size": size}
+    return _film(lambda path: animate_system(system, run, path, **options), kind)
 
 
 def _page(write: Callable[[Path], Path]) -> Page:
@@ -133,23 +159,6 @@ def _film(write: Callable[[Path], Path], kind: str) -> Film:
     refuse_unknown(kind, FILMS, "animate: kind")
     with tempfile.TemporaryDirectory() as folder:
         return Film(write(Path(folder) / f"film.{kind}").read_bytes(), kind)
-
-
-def system(shown: System, state: Result | None, time: float | None) -> Any:
-    """Show a system at a time of a run, or at its start."""
-    from modalprep.multibody.simulate import start_channels
-    from modalprep.report.pictures.system_parts import FilmStyle
-    from modalprep.report.pictures.system_scene import SystemScene
-
-    state = start_channels(shown) if state is None else state
-    scene = SystemScene(shown, _one_time(state, time), 1, FilmStyle())
-
-    def stage(off_screen: bool):
-        plotter = scene.stage(WINDOW, off_screen=off_screen)
-        scene.place(plotter, 0)
-        return plotter
-
-    return _show(stage)
 
 
 def _one_time(run: Result, time: float | None) -> Result:

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.multibody.results.fields import cell_fields, node_field
-from modalprep.report.pictures.recovered_colour import RecoveredColour
 from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_animation import animate_system
-from modalprep.report.pictures.system_parts import FilmStyle
+from modalprep.report.scene.recovered_colour import RecoveredColour
+from modalprep.report.scene.style import FilmStyle
 
 Recover = mp.fe.Recover
 G = 9.81

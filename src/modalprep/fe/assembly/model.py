@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from modalprep.drawing import Page, draw
+from modalprep.drawing import Viewed
 from modalprep.fe.assembly.geometric_stiffness import PrestressStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.parts import Elements
@@ -23,7 +22,7 @@ from modalprep.verdicts.notes import with_warnings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FEModel(Record):
+class FEModel(Record, Viewed):
     """The assembled model, in a frame with the root interface at its origin and the axes of the mesh.
 
     The DOFs are those of the mesh nodes, then six for each RBE2 or RBE3 frame. ``u = C @ u[free]`` expresses them by
@@ -106,36 +105,6 @@ class FEModel(Record):
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     scale: float = 1.0
-
-    def plot(self) -> Any:
-        """Show the model and its interfaces in a window, or in a notebook.
-
-        Returns
-        -------
-        object
-            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
-
-        Raises
-        ------
-        RenderError
-            When there is no display, or the machine cannot draw.
-        """
-        return draw("model", self)
-
-    def view(self) -> Page:
-        """Return the model with its interfaces in a page to turn it, which a notebook shows and a browser opens.
-
-        Returns
-        -------
-        modalprep.Page
-            A notebook shows it without further packages; ``save`` writes it.
-
-        Raises
-        ------
-        RenderError
-            When a cell type cannot be drawn.
-        """
-        return draw("model_view", self)
 
     @property
     def n_dof(self) -> int:

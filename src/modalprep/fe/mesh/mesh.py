@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from modalprep.drawing import Page, draw
+from modalprep.drawing import Viewed
 from modalprep.errors import InputError
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
@@ -151,7 +150,7 @@ class SupportSet(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Mesh(Record):
+class Mesh(Record, Viewed):
     """A mesh with named groups.
 
     Attributes
@@ -232,36 +231,6 @@ class Mesh(Record):
             When the mesh has no such group.
         """
         return np.unique(np.concatenate([c.ravel() for c in self.group(name).values()]))
-
-    def plot(self) -> Any:
-        """Show the mesh in a window, or in a notebook.
-
-        Returns
-        -------
-        object
-            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
-
-        Raises
-        ------
-        RenderError
-            When there is no display, or the machine cannot draw.
-        """
-        return draw("mesh", self)
-
-    def view(self) -> Page:
-        """Return the mesh in a page to turn it, which a notebook shows and a browser opens.
-
-        Returns
-        -------
-        modalprep.Page
-            A notebook shows it without further packages; ``save`` writes it.
-
-        Raises
-        ------
-        RenderError
-            When a cell type cannot be drawn.
-        """
-        return draw("mesh_view", self)
 
     def __repr__(self) -> str:
         """Counts and group names, and the warnings."""

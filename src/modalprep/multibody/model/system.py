@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.drawing import Film, Page, draw
+from modalprep.drawing import Animated
 from modalprep.errors import InputError
 from modalprep.multibody.model.constraints import Closure, Coupler, check_closures
 from modalprep.multibody.model.depletion import Depletion, check_depletions
@@ -29,7 +29,7 @@ LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class System(Record):
+class System(Record, Animated):
     """Bodies, the joint that carries each of them, and what acts on them.
 
     Attributes
@@ -128,84 +128,6 @@ class System(Record):
         if type(given) is tuple and len(given) == len(self.joints) and all(map(Joint.moves_like, self.joints, given)):
             return self._unchecked(joints=given, _carriers={self.child(joint): joint for joint in given})
         return super().with_(**changes)
-
-    def plot(self, run: Any = None, *, time: float | None = None) -> Any:
-        """Show the bodies in a window or in a notebook.
-
-        Parameters
-        ----------
-        run : Result, optional
-            Of this system; without it the bodies are where the start values of the joints put them.
-        time : float, optional
-            s; the sample nearest to it is shown, the last one by default.
-
-        Returns
-        -------
-        object
-            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
-
-        Raises
-        ------
-        InputError
-            When the run is of another system, or the time lies outside.
-        RenderError
-            When there is no display, or the machine cannot draw.
-        """
-        return draw("system", self, run, time)
-
-    def view(self, run: Any = None) -> Page:
-        """Return the bodies in a page to turn it and play its run, which a notebook shows and a browser opens.
-
-        Parameters
-        ----------
-        run : Result, optional
-            Of this system; without it the bodies are where the start values of the joints put them.
-
-        Returns
-        -------
-        modalprep.Page
-            A notebook shows it without further packages; ``save`` writes it.
-
-        Raises
-        ------
-        InputError
-            When the run is of another system.
-        RenderError
-            When a cell type cannot be drawn.
-        """
-        return draw("system_view", self, run)
-
-    def animate(
-        self, run: Any, *, kind: str = "webp", seconds: float = 5.0, frames: int = 60, size=(720, 540), **style: Any
-    ) -> Film:
-        """Draw a run as a film.
-
-        Parameters
-        ----------
-        run : Result
-            Of this system.
-        kind : {"webp", "gif"}
-            Of the file; a GIF is several times as large.
-        seconds, frames : float, int
-            Duration of the film (s), and number of its pictures.
-        size : (int, int)
-            Width and height in pixels.
-        **style
-            Of `modalprep.report.FilmStyle`, such as ``exaggeration=20`` or ``trails=["arm.tip"]``.
-
-        Returns
-        -------
-        modalprep.Film
-            An animation, which a notebook plays and ``save`` writes.
-
-        Raises
-        ------
-        InputError
-            When the run is of another system, no body recovers the colour, or the kind is unknown.
-        RenderError
-            When the machine cannot draw.
-        """
-        return draw("system_film", self, run, kind, style, seconds=seconds, frames=frames, size=size)
 
     def _refuse_other_types(self) -> None:
         refuse_other("System: bodies", Mapping, self.bodies)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from modalprep.drawing import draw
+from modalprep.drawing import Plotted
 from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.labelled import labelled
@@ -40,7 +40,7 @@ NUMBERED = (".modal", ".modal_rate", ".modal_acceleration")  # channels whose co
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Result(Record):
+class Result(Record, Plotted):
     """Time histories by name; those of a simulation are columns of one array.
 
     Attributes
@@ -225,34 +225,6 @@ class Result(Record):
         """
         told = {"status": self.status, "message": self.message, "notes": list(self.notes)}
         return labelled(self, channels or self.channels, self._components, {"time": self.time}, told)
-
-    def plot(self, *channels: str, axes: Any = None, title: str = "", ylabel: str = "") -> Any:
-        """Draw channels over time.
-
-        Parameters
-        ----------
-        channels : str
-            Such as ``"hinge.angle"``; a vector is drawn as one curve for each component.
-        axes : matplotlib Axes, optional
-            Where to draw; a new figure of pyplot by default, which notebooks show.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        InputError
-            When no channel is named, or there is no such channel.
-
-        Examples
-        --------
-        >>> t = np.array([0.0, 1.0])
-        >>> run = Result(time=t, channels={"a.angle": t**2}, status="done", message="")
-        >>> run.plot("a.angle").get_ylabel()
-        'a.angle'
-        """
-        return draw("histories", self, channels, axes, title=title, ylabel=ylabel)
 
     def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
         """Return the named channels (all when none is named), one (nt,) per component, by name.

@@ -9,7 +9,7 @@ from pydantic import Field
 from modalprep.pipeline.schema.base import Table
 
 if TYPE_CHECKING:
-    from modalprep.report.pictures.system_parts import FilmStyle
+    from modalprep.report.scene.style import FilmStyle
 
 Pixels = Annotated[int, Field(ge=100, le=4000, multiple_of=2)]
 
@@ -31,7 +31,7 @@ class FilmTable(Table):
 
     def style(self) -> FilmStyle:
         """Return what the drawing functions take."""
-        from modalprep.report.pictures.system_parts import FilmStyle
+        from modalprep.report.scene.style import FilmStyle
 
         names = ("colour", "exaggeration", "trails", "follow", "boxes", "title")
         return FilmStyle(**{name: getattr(self, name) for name in names})

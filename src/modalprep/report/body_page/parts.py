@@ -20,7 +20,7 @@ from modalprep.report.body_page.table import Table, data_address, part
 from modalprep.report.charts.mass_chart import effective_mass_plot
 from modalprep.report.charts.plots import error_plot
 from modalprep.report.numbers import quantity, raised
-from modalprep.report.pictures.motion import unseen_modes
+from modalprep.report.scene.motion import unseen_modes
 from modalprep.report.tables import (
     ENVELOPE,
     HELD,

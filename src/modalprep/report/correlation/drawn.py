@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,8 @@ from modalprep.correlation.mode_set import ModeSet
 from modalprep.correlation.pairing import Correlation
 from modalprep.correlation.sensors import expand
 from modalprep.errors import InputError
-from modalprep.report.pictures.camera import view
+from modalprep.report.scene.camera import view
+from modalprep.report.scene.record import Scene
 from modalprep.report.tables import hertz
 
 SENSORS = 150  # marked sensors; of more, as many are chosen evenly
@@ -20,50 +21,7 @@ GAP = 0.45  # between the two models, of their size: each moves by a tenth of th
 Cells = Mapping[str, np.ndarray]
 
 
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """What viewer and pictures need of a body: here the two models of a comparison, a mode for each pair.
-
-    Attributes
-    ----------
-    name : str
-    points : (p, 3)
-        m.
-    cells : {type: (n_cells, n_nodes) int}
-    shape : (p, 3, n)
-    frequency : (n,)
-        Hz, of the test.
-    interface_name : tuple of str
-        Of the marked points: both models, then sensors without a name.
-    interface_position : (k, 3)
-        m.
-    phi : (k, 3, n)
-        Motion of the marked points.
-    titles : tuple of str
-        Of each pair.
-    notes : tuple of str
-    """
-
-    name: str
-    points: np.ndarray
-    cells: Cells
-    shape: np.ndarray
-    frequency: np.ndarray
-    interface_name: tuple[str, ...]
-    interface_position: np.ndarray
-    phi: np.ndarray
-    titles: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    energy: dict = field(default_factory=dict)
-    volume: dict = field(default_factory=dict)
-
-    @property
-    def n(self) -> int:
-        """Number of pairs."""
-        return len(self.frequency)
-
-
-def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None = None) -> Drawn:
+def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None = None) -> Scene:
     """Return the pairs of a comparison side by side, or one above the other where the model is wide.
 
     Each test mode has the sign and the size at the sensors of its partner. On the analysis the sensors, which move as
@@ -100,7 +58,7 @@ def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: 
         notes.append("In directions that were not measured the dots move as the analysis does.")
     ends = [_nearest(analysis.points, left), _nearest(right.points, right.shape)]
     marks = [ends[0][0], ends[1][0] + shift, test.points[some], test.points[some] + shift]
-    return Drawn(
+    return Scene(
         name=f"{found.test.name} and {found.analysis.name}",
         points=points,
         cells=_joined(cells, parts, len(analysis.points)),

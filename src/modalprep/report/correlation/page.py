@@ -14,10 +14,10 @@ from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.correlation.pairing import Correlation
-from modalprep.report.correlation.drawn import Drawn
 from modalprep.report.correlation.pairs import mac_plot, unpaired, worst_components
-from modalprep.report.scene import drawable
+from modalprep.report.scene.record import Scene
 from modalprep.report.tables import hertz
+from modalprep.report.viewer.still import drawable
 
 LISTED = 20  # components of the lowest COMAC
 COLUMNS = (
@@ -34,13 +34,13 @@ COLUMNS = (
 )
 
 
-def write_pairs_page(found: Correlation, drawn: Drawn | None, path: str | Path) -> Path:
+def write_pairs_page(found: Correlation, drawn: Scene | None, path: str | Path) -> Path:
     """Write the page of a comparison; it is one file that loads nothing from elsewhere.
 
     Parameters
     ----------
     found : Correlation
-    drawn : Drawn or None
+    drawn : Scene or None
         The pairs side by side; None without pairs.
     path : path
 

@@ -13,8 +13,9 @@ from modalprep.errors import InputError, RenderError
 from modalprep.extras import need
 from modalprep.report.pictures import marks, render
 from modalprep.report.pictures.body_parts import add_deformed, add_ghost, label_shifts
-from modalprep.report.pictures.colour import node_colour
 from modalprep.report.pictures.files import shot
+from modalprep.report.scene.colour import node_colour
+from modalprep.report.scene.record import Scene, scene_of
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -26,7 +27,7 @@ REPEATS = 4  # periods in a video, which does not repeat
 
 
 def animate_mode(
-    body: FlexibleBody,
+    body: FlexibleBody | Scene,
     mode: int,
     path: str | Path,
     *,
@@ -74,8 +75,9 @@ def animate_mode(
     modalprep.errors.InputError: cannot write beam.avi: an animation is a .gif, a .webp or an .mp4 file
     """
     path = check_target(path, frames)
-    scale = render.shown_scale(body, mode)
-    images = _frames(body, mode, scale, colour, frames, size, title or True)
+    scene = scene_of(body)
+    scale = render.shown_scale(scene, mode)
+    images = _frames(scene, mode, scale, colour, frames, size, title or True)
     return write_frames(images, path, PERIOD, REPEATS)
 
 
@@ -105,7 +107,7 @@ def write_frames(images: list[np.ndarray], path: Path, period: float, repeats: i
 
 
 def _frames(
-    body: FlexibleBody, mode: int, scale: float, colour: str, count: int, size: tuple[int, int], text: bool | str
+    body: Scene, mode: int, scale: float, colour: str, count: int, size: tuple[int, int], text: bool | str
 ) -> list[np.ndarray]:
     """Draw one period from rest, with both extremes in view."""
     amount = node_colour(body, mode, colour)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.body.flexible_body import FlexibleBody
 from modalprep.report.pictures.marks import QUIET, add_interfaces, beside
-from modalprep.report.pictures.skin import outer_skin
+from modalprep.report.scene.record import Scene
 
 TUBE = 0.007  # radius of a beam, of the body's size
 LIFT = 2e-3  # offset of edges before their faces, of the body's size
@@ -15,34 +14,34 @@ GHOST, GHOST_EDGE = "#eceff2", "#8a949e"
 LIGHT = {"smooth_shading": True, "ambient": 0.3, "diffuse": 0.75}
 
 
-def label_shifts(plotter, body: FlexibleBody, shown: list[np.ndarray], places: np.ndarray) -> np.ndarray:
+def label_shifts(plotter, body: Scene, shown: list[np.ndarray], places: np.ndarray) -> np.ndarray:
     """Return the shifts of the names of the interfaces, beside the body at all of the points (n_points, 3) shown."""
-    skin = outer_skin(body.points, body.cells, curved=False)
+    skin = body.corner_skin
     parts = [points[part] for points in shown for part in (skin.triangles, skin.lines)]
     return beside(plotter, parts, places, body.interface_name)
 
 
-def front(plotter, body: FlexibleBody) -> float:
+def front(plotter, body: Scene) -> float:
     """Return a distance (m) towards the camera that is before all of the body; 0 for a camera that can turn."""
-    return 2 * body_size(body) if plotter.off_screen else 0.0
+    return 2 * body.size if plotter.off_screen else 0.0
 
 
-def add_ghost(plotter, body: FlexibleBody) -> None:
+def add_ghost(plotter, body: Scene) -> None:
     """Add or replace the undeformed body: faces, visible sharp edges and beams behind all, borders of shells in place.
 
     Before a camera that can turn all of it is in place, and translucent.
     """
-    from modalprep.report.pictures.surface import lines, surface
+    from modalprep.report.pictures.surface import segments, surface
 
     back = -front(plotter, body) * _towards(plotter)
     still = body.points + back
-    skin = surface(body, still)
-    beams = lines(body, still)
+    skin = surface(body.skin, still)
+    beams = segments(body.skin.lines, still)
     if skin is not None:
         style = {"color": GHOST, "lighting": False, "opacity": 1.0 if back.any() else 0.12}
         plotter.add_mesh(skin, name="ghost", **style, **QUIET)
         _add_outline(plotter, body, still, GHOST_EDGE, "ghost outline")
-        rim = surface(body, body.points).extract_feature_edges(
+        rim = skin.translate(-back, inplace=False).extract_feature_edges(
             boundary_edges=True, feature_edges=False, non_manifold_edges=False, manifold_edges=False
         )
         if rim.n_cells:  # of shells, where the motion leaves it before the body
@@ -53,7 +52,7 @@ def add_ghost(plotter, body: FlexibleBody) -> None:
 
 def add_deformed(
     plotter,
-    body: FlexibleBody,
+    body: Scene,
     mode: int,
     scale: float,
     amount: np.ndarray,
@@ -70,9 +69,9 @@ def add_deformed(
 
     moved = body.points + phase * scale * body.shape[:, :, mode - 1]
     style = {"scalars": "amount", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False, **LIGHT, **QUIET}
-    skin = surface(body, moved, amount)
-    radius = (TUBE if skin is None else 0.4 * TUBE) * body_size(body)
-    beams = tubes(body, moved, radius, amount)
+    skin = surface(body.skin, moved, amount)
+    radius = (TUBE if skin is None else 0.4 * TUBE) * body.size
+    beams = tubes(body.skin, moved, radius, amount)
     if skin is not None:
         plotter.add_mesh(skin, name="skin", split_sharp_edges=True, **style)
         _add_outline(plotter, body, moved, OUTLINE, "outline")
@@ -85,19 +84,20 @@ def add_deformed(
     plotter.reset_camera_clipping_range()
 
 
-def _add_outline(plotter, body: FlexibleBody, points: np.ndarray, colour: str, name: str) -> None:
+def _add_outline(plotter, body: Scene, points: np.ndarray, colour: str, name: str) -> None:
     """Add the folds and borders of the surface, just before it, so that the part hides those behind it."""
-    from modalprep.report.pictures.surface import outline
+    from modalprep.report.pictures.surface import segments
 
-    if folds := outline(body, points + LIFT * body_size(body) * _towards(plotter)):
+    folds = segments(body.skin.outline, points + LIFT * body.size * _towards(plotter))
+    if folds is not None:
         plotter.add_mesh(folds, name=name, color=colour, line_width=1.5, **QUIET)
 
 
-def add_edges(plotter, body: FlexibleBody, points: np.ndarray) -> None:
+def add_edges(plotter, body: Scene, points: np.ndarray) -> None:
     """Add the edges of the elements on the surface, just before it."""
-    from modalprep.report.pictures.surface import edges
+    from modalprep.report.pictures.surface import segments
 
-    lifted = edges(body, points + LIFT * body_size(body) * _towards(plotter))
+    lifted = segments(body.skin.edges, points + LIFT * body.size * _towards(plotter))
     plotter.add_mesh(lifted, name="edges", color=EDGE, line_width=1, **QUIET)
 
 
@@ -105,8 +105,3 @@ def _towards(plotter) -> np.ndarray:
     """Return the unit vector (3,) to the camera."""
     away = np.array(plotter.camera.position) - plotter.camera.focal_point
     return away / np.linalg.norm(away)
-
-
-def body_size(body: FlexibleBody) -> float:
-    """Return the diagonal of the box around a body (m)."""
-    return float(np.linalg.norm(np.ptp(body.points, axis=0))) or 1.0

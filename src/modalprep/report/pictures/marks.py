@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from modalprep.body.flexible_body import FlexibleBody
 from modalprep.report.pictures.camera import FRAME
+from modalprep.report.scene.record import Scene
 
 BALL = 0.016  # radius of an interface's mark, of half the picture's height
 MARK = "#D55E00"
@@ -83,7 +83,7 @@ def add_lines(plotter, lines: list[str]) -> None:
 
 
 def add_interfaces(
-    plotter, body: FlexibleBody, places: np.ndarray, *, depth: float = 0.0, shifts: np.ndarray | None = None
+    plotter, body: Scene, places: np.ndarray, *, depth: float = 0.0, shifts: np.ndarray | None = None
 ) -> None:
     """Mark the interfaces by spheres, `depth` (m) before them, and by their names at `shifts` (k, 2) in pixels.
 

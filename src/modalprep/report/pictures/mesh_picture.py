@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from modalprep.report.pictures import render
 from modalprep.report.pictures.body_parts import BODY_COLOUR
 from modalprep.report.pictures.files import save_picture
 from modalprep.report.pictures.marks import BALL, spheres
+from modalprep.report.scene.record import Scene
 
 BEAM, EDGE = "#5b7486", "#3c4f5b"
 COLOURS = {"error": "#d62728", "warning": "#f07f00"}
@@ -23,17 +23,6 @@ SHOWN = 400  # maximum number of markers of one finding
 SMALL = 3.0  # radii of a marker: smaller cells get one
 ROOM = 0.1  # of the body's size: nodes further outside are not drawn
 LEGEND = 9  # maximum number of findings named in the picture
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """Interface of a body for the drawing functions of `report`: its mesh."""
-
-    name: str
-    points: np.ndarray
-    cells: dict[str, np.ndarray]
-    interface_name: tuple[str, ...] = ()
-    interface_position: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def render_findings(
@@ -81,26 +70,28 @@ def render_findings(
     return save_picture(plotter, path)
 
 
-def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Body:
+def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Scene:
     finite = np.isfinite(points).all(axis=1)
     whole = {kind: conn[finite[conn].all(axis=1)] for kind, conn in cells.items() if kind != "vertex"}
-    return Body(name, np.where(finite[:, None], points, 0.0), {kind: conn for kind, conn in whole.items() if len(conn)})
+    cells = {kind: conn for kind, conn in whole.items() if len(conn)}
+    return Scene(name=name, points=np.where(finite[:, None], points, 0.0), cells=cells)
 
 
-def _seen(body: Body) -> Body:
+def _seen(body: Scene) -> Scene:
     """Return the body with only the nodes that are drawn, for the camera."""
     used = np.unique(np.concatenate([np.zeros(0, dtype=int), *(conn.ravel() for conn in body.cells.values())]))
-    return Body(body.name, body.points[used] if len(used) else np.zeros((1, 3)), {})
+    points = body.points[used] if len(used) else np.zeros((1, 3))
+    return Scene(name=body.name, points=points, cells={})
 
 
-def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
-    from modalprep.report.pictures.surface import edges, lines, surface
+def _add_mesh(plotter, body: Scene, towards: np.ndarray) -> None:
+    from modalprep.report.pictures.surface import segments, surface
 
-    skin = surface(body, body.points)
-    beams = lines(body, body.points)
+    skin = surface(body.skin, body.points)
+    beams = segments(body.skin.lines, body.points)
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, **MATT)
-        plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
+        plotter.add_mesh(segments(body.skin.edges, body.points + LIFT * towards), color=EDGE, line_width=1.5)
     if beams is not None:
         ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if cell_dimension(kind) == 1]))
         dots = spheres(body.points[ends] + LIFT * towards, 0.4 * BALL * plotter.camera.parallel_scale)
@@ -108,7 +99,7 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
         plotter.add_mesh(dots, color=EDGE, **MATT)
 
 
-def _towards(plotter, body: Body) -> np.ndarray:
+def _towards(plotter, body: Scene) -> np.ndarray:
     """Return the vector to the camera with the length of the body's depth.
 
     In the parallel projection a defect inside the body can be moved along it to the front without visible change.
@@ -121,7 +112,7 @@ def _towards(plotter, body: Body) -> np.ndarray:
     return depth * direction
 
 
-def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, towards: np.ndarray) -> None:
+def _add_finding(plotter, body: Scene, cells: Mapping[str, np.ndarray], finding, towards: np.ndarray) -> None:
     """Draw the edges of a finding, or its cells with markers on the small ones, and its nodes."""
     radius = BALL * plotter.camera.parallel_scale
     error = finding.severity == "error"
@@ -138,20 +129,20 @@ def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, 
         plotter.add_mesh(spheres(marks + 2 * towards, radius * (1.2 if error else 0.9)), **style)
 
 
-def _add_cells(plotter, bad: Body, style: dict[str, Any], towards: np.ndarray) -> None:
-    from modalprep.report.pictures.surface import edges, lines, surface
+def _add_cells(plotter, bad: Scene, style: dict[str, Any], towards: np.ndarray) -> None:
+    from modalprep.report.pictures.surface import segments, surface
 
-    skin = surface(bad, bad.points)
-    beams = lines(bad, bad.points)
+    skin = surface(bad.skin, bad.points)
+    beams = segments(bad.skin.lines, bad.points)
     if skin is not None:
         plotter.add_mesh(skin, **style)
-        lifted = edges(bad, bad.points + LIFT * towards)
+        lifted = segments(bad.skin.edges, bad.points + LIFT * towards)
         plotter.add_mesh(lifted, color="black", line_width=1.5, reset_camera=False)
     if beams is not None:
         plotter.add_mesh(beams, line_width=8, **style)
 
 
-def _small_cells(bad: Body, limit: float) -> np.ndarray:
+def _small_cells(bad: Scene, limit: float) -> np.ndarray:
     """Return the centres of cells too thin or too short to be visible."""
     found = [np.zeros((0, 3))]
     for kind, conn in bad.cells.items():
@@ -162,7 +153,7 @@ def _small_cells(bad: Body, limit: float) -> np.ndarray:
     return np.concatenate(found)
 
 
-def _near(body: Body, finding) -> np.ndarray:
+def _near(body: Scene, finding) -> np.ndarray:
     """Return a finding's nodes without those far outside the body."""
     seen = _seen(body).points
     room = ROOM * np.linalg.norm(np.ptp(seen, axis=0))

@@ -22,14 +22,16 @@ from modalprep.report.pictures.body_parts import (
     add_deformed,
     add_edges,
     add_ghost,
-    body_size,
     front,
     label_shifts,
 )
-from modalprep.report.pictures.colour import WORDS, node_colour
+from modalprep.report.pictures.camera import look
 from modalprep.report.pictures.files import save_picture
 from modalprep.report.pictures.marks import add_bar, add_interfaces, plainly, spheres
-from modalprep.report.pictures.motion import largest_displacement
+from modalprep.report.scene.camera import view
+from modalprep.report.scene.colour import WORDS, node_colour
+from modalprep.report.scene.motion import SHARE, largest_displacement
+from modalprep.report.scene.record import Scene, scene_of
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 EGL = "vtkEGLRenderWindow"
@@ -56,7 +58,6 @@ sys.exit(0 if high > low else "blank")
 """
 PATIENCE = 120  # s; the first import of VTK from a network disk takes most of a minute
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
-SHARE = 0.12  # largest displacement shown, of the body's size
 SAMPLES = 8  # of each pixel
 PICTURE = "a picture or film"
 
@@ -160,7 +161,7 @@ def _import_problem() -> str | None:
 
 
 def render_mode(
-    body: FlexibleBody,
+    body: FlexibleBody | Scene,
     mode: int,
     path: str | Path,
     *,
@@ -190,11 +191,11 @@ def render_mode(
     RenderError
         When the machine cannot draw.
     """
-    return save_picture(mode_scene(body, mode, colour, size, edges=edges), path)
+    return save_picture(mode_scene(scene_of(body), mode, colour, size, edges=edges), path)
 
 
 def mode_scene(
-    body: FlexibleBody,
+    body: Scene,
     mode: int,
     colour: str,
     size: tuple[int, int],
@@ -210,7 +211,7 @@ def mode_scene(
     return plotter
 
 
-def show_mode(plotter, body: FlexibleBody, mode: int, colour: str) -> None:
+def show_mode(plotter, body: Scene, mode: int, colour: str) -> None:
     """Let a plotter of `mode_scene` show another mode of the body."""
     scale = shown_scale(body, mode)
     _frame(plotter, body, bent(body, mode, scale), mode)
@@ -218,7 +219,7 @@ def show_mode(plotter, body: FlexibleBody, mode: int, colour: str) -> None:
     _add_mode(plotter, body, mode, scale, colour, edges=False)
 
 
-def _add_mode(plotter, body: FlexibleBody, mode: int, scale: float, colour: str, edges: bool) -> None:
+def _add_mode(plotter, body: Scene, mode: int, scale: float, colour: str, edges: bool) -> None:
     """Add or replace the undeformed body and the mode, as the camera sees them."""
     amount = node_colour(body, mode, colour)
     add_ghost(plotter, body)
@@ -227,12 +228,12 @@ def _add_mode(plotter, body: FlexibleBody, mode: int, scale: float, colour: str,
     add_deformed(plotter, body, mode, scale, amount, shifts=shifts, edges=edges)
 
 
-def bent(body: FlexibleBody, mode: int, scale: float) -> np.ndarray:
+def bent(body: Scene, mode: int, scale: float) -> np.ndarray:
     """Return the nodes (n_points, 3) of the body at a modal coordinate."""
     return body.points + scale * body.shape[:, :, mode - 1]
 
 
-def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
+def render_mesh(body: FlexibleBody | Scene, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
     """Draw the undeformed mesh with its interfaces.
 
     Returns
@@ -247,23 +248,23 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
     RenderError
         When the machine cannot draw.
     """
-    return save_picture(mesh_scene(body, size), path)
+    return save_picture(mesh_scene(scene_of(body), size), path)
 
 
-def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = True):
+def mesh_scene(body: Scene, size: tuple[int, int], *, off_screen: bool = True):
     """Return a plotter with the mesh as `render_mesh` draws it."""
     plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)  # refuses before the import fails
     from modalprep.report.pictures.surface import surface, tubes
 
-    skin = surface(body, body.points)
-    beams = tubes(body, body.points, 0.4 * TUBE * body_size(body))
+    skin = surface(body.skin, body.points)
+    beams = tubes(body.skin, body.points, 0.4 * TUBE * body.size)
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, split_sharp_edges=True, **LIGHT)
         add_edges(plotter, body, body.points)
     if beams is not None:
         plotter.add_mesh(beams, color=BODY_COLOUR, **LIGHT)
     if skin is None:
-        plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * body_size(body)), color=EDGE)
+        plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * body.size), color=EDGE)
     if len(body.interface_position):
         shifts = label_shifts(plotter, body, [body.points], body.interface_position)
         add_interfaces(plotter, body, body.interface_position, depth=front(plotter, body), shifts=shifts)
@@ -271,23 +272,23 @@ def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = 
     return plotter
 
 
-def shown_scale(body: FlexibleBody, mode: int) -> float:
+def shown_scale(body: Scene, mode: int) -> float:
     """Return the modal coordinate at which the largest displacement is `SHARE` of the body's size."""
     if not 1 <= mode <= body.n:
         modes = f"its modes are 1 to {body.n}" if body.n else "it is rigid"
         raise InputError(f"body {body.name!r} has no mode {mode}; {modes}")
     largest = largest_displacement(body.shape)[mode - 1]
-    return float(SHARE * body_size(body) / largest) if largest > 0 else 0.0
+    return float(SHARE * body.size / largest) if largest > 0 else 0.0
 
 
-def _title(body: FlexibleBody, mode: int | None) -> str:
+def _title(body: Scene, mode: int | None) -> str:
     if mode is None:
         return f"{body.name}   {len(body.points)} nodes"
     return f"{body.name}   mode {mode}   {body.frequency[mode - 1]:.4g} Hz"
 
 
 def framed_plotter(
-    body: FlexibleBody,
+    body: Scene,
     size: tuple[int, int],
     points: np.ndarray,
     mode: int | None,
@@ -316,11 +317,9 @@ def empty_plotter(size: tuple[int, int], *, off_screen: bool = True):
     return plotter
 
 
-def _frame(plotter, body: FlexibleBody, points: np.ndarray, mode: int | None) -> None:
-    from modalprep.report.pictures.camera import aim
-
+def _frame(plotter, body: Scene, points: np.ndarray, mode: int | None) -> None:
     shape = None if mode is None else body.shape[:, :, mode - 1]
-    aim(plotter, np.concatenate([body.points, body.interface_position, points]), body.points, shape)
+    look(plotter, np.concatenate([body.points, body.interface_position, points]), *view(body.points, shape))
 
 
 def _add_title(plotter, title: str) -> None:

@@ -11,8 +11,9 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.body_parts import add_deformed, add_ghost
-from modalprep.report.pictures.colour import WORDS, node_colour, refuse_colour
 from modalprep.report.pictures.files import refuse_suffix, save_image, shot, write_shot
+from modalprep.report.scene.colour import WORDS, node_colour, refuse_colour
+from modalprep.report.scene.record import Scene, scene_of
 from modalprep.report.tables import hertz
 
 TILE = (480, 360)
@@ -21,7 +22,7 @@ INK, LINE = "#1d2733", "#c3ccd4"
 
 
 def contact_sheet(
-    body: FlexibleBody, path: str | Path, *, colour: str = "displacement", columns: int | None = None
+    body: FlexibleBody | Scene, path: str | Path, *, colour: str = "displacement", columns: int | None = None
 ) -> Path:
     """Draw a thumbnail of every mode with its number and frequency, in colour over the undeformed body.
 
@@ -58,20 +59,21 @@ def contact_sheet(
     refuse_suffix(path)
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to draw; it is rigid")
-    refuse_colour(body, colour)
+    scene = scene_of(body)
+    refuse_colour(scene, colour)
     columns = max(1, min(body.n, columns or int(np.ceil(np.sqrt(1.2 * body.n)))))
     rows = -(-body.n // columns)
     wide = TILE[0] + EDGE
     high = TILE[1] + CAPTION + EDGE
     sheet = Image.new("RGB", (columns * wide + EDGE, HEAD + rows * high), "white")
     pen = ImageDraw.Draw(sheet)
-    _add_head(sheet, pen, body, colour)
+    _add_head(sheet, pen, scene, colour)
     for k in range(body.n):
-        _add_tile(sheet, pen, body, k + 1, colour, (EDGE + k % columns * wide, HEAD + k // columns * high))
+        _add_tile(sheet, pen, scene, k + 1, colour, (EDGE + k % columns * wide, HEAD + k // columns * high))
     return save_image(np.asarray(sheet), path)
 
 
-def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tuple[int, int]) -> None:
+def _add_tile(sheet, pen, body: Scene, mode: int, colour: str, corner: tuple[int, int]) -> None:
     from PIL import Image, ImageFont
 
     left, top = corner
@@ -82,7 +84,7 @@ def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tu
     pen.text((left + 12, top + TILE[1] + 6), words, fill=INK, font=ImageFont.load_default(22))
 
 
-def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
+def _picture(body: Scene, mode: int, colour: str) -> np.ndarray:
     """Draw one mode without text."""
     scale = render.shown_scale(body, mode)
     amount = node_colour(body, mode, colour)
@@ -95,7 +97,7 @@ def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
         plotter.close()
 
 
-def _add_head(sheet, pen, body: FlexibleBody, colour: str) -> None:
+def _add_head(sheet, pen, body: Scene, colour: str) -> None:
     """Write name and number of modes and, if there is room, the colour legend."""
     from matplotlib import colormaps
     from PIL import Image, ImageFont
@@ -110,7 +112,7 @@ def _add_head(sheet, pen, body: FlexibleBody, colour: str) -> None:
 
 
 def render_modes(
-    body: FlexibleBody,
+    body: FlexibleBody | Scene,
     files: Mapping[int, str | Path],
     *,
     colour: str = "displacement",
@@ -123,13 +125,14 @@ def render_modes(
     InputError, RenderError
         As those of `render_mode`.
     """
+    scene = scene_of(body)
     plotter = None
     try:
         for mode, path in files.items():
             if plotter is None:
-                plotter = render.mode_scene(body, mode, colour, size)
+                plotter = render.mode_scene(scene, mode, colour, size)
             else:
-                render.show_mode(plotter, body, mode, colour)
+                render.show_mode(plotter, scene, mode, colour)
             yield write_shot(plotter, path)
     finally:
         if plotter is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,11 @@ from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
 from modalprep.report.pictures.files import save_image, save_picture, shot
 from modalprep.report.pictures.render import refuse_drawing
-from modalprep.report.pictures.system_parts import FilmStyle
-from modalprep.report.pictures.system_scene import SystemScene
+from modalprep.report.scene.style import FilmStyle
+from modalprep.report.scene.system import SystemScene
+
+if TYPE_CHECKING:
+    from modalprep.report.pictures.system_picture import SystemPicture
 
 FAINT, GHOST = 0.12, 0.25  # opacity of the oldest of several positions in one picture, of the one before in a strip
 
@@ -83,17 +87,23 @@ def _scene(system: System | DeployingSystem, result: Result, frames: int, style:
     return scene
 
 
+def _picture(scene: SystemScene, size: tuple[int, int]) -> SystemPicture:
+    from modalprep.report.pictures.system_picture import SystemPicture  # loads pyvista, which is optional
+
+    return SystemPicture(scene, size)
+
+
 def _pictures(scene: SystemScene, size: tuple[int, int]) -> list[np.ndarray]:
     """Return the pictures (height, width, 3)."""
-    plotter = scene.stage(size)
+    picture = _picture(scene, size)
     try:
         images = []
         for k in scene.rows:
-            scene.place(plotter, k)
-            images.append(shot(plotter))
+            picture.place(k)
+            images.append(shot(picture.plotter))
         return images
     finally:
-        plotter.close()
+        picture.plotter.close()
 
 
 def render_motion(
@@ -141,24 +151,24 @@ def render_motion(
     if strip:
         return save_image(_strip(_scene(system, result, positions, style), size), path)
     scene = _scene(system, result, positions, style.with_(follow=""))
-    plotter = scene.stage(size)
+    picture = _picture(scene, size)
     faint: Sequence[float] = np.linspace(FAINT, 0.5, max(1, len(scene.rows) - 1))
     for number, k in enumerate(scene.rows[:-1]):
-        scene.place(plotter, k, opacity=float(faint[number]), ghost=f" at {number}")
-    scene.place(plotter, scene.rows[-1], since=scene.rows[0])
-    return save_picture(plotter, path)
+        picture.place(k, opacity=float(faint[number]), ghost=f" at {number}")
+    picture.place(scene.rows[-1], since=scene.rows[0])
+    return save_picture(picture.plotter, path)
 
 
 def _strip(scene: SystemScene, size: tuple[int, int]) -> np.ndarray:
     """Return the pictures side by side, with a line between them."""
-    plotter = scene.stage(size)
+    picture = _picture(scene, size)
     images = []
     try:
         for before, k in zip([None, *scene.rows], scene.rows, strict=False):
             if before is not None:
-                scene.place(plotter, before, opacity=GHOST, ghost=" before")
-            scene.place(plotter, k)
-            images += [shot(plotter), np.full((size[1], 2, 3), 200, dtype=np.uint8)]
+                picture.place(before, opacity=GHOST, ghost=" before")
+            picture.place(k)
+            images += [shot(picture.plotter), np.full((size[1], 2, 3), 200, dtype=np.uint8)]
         return np.concatenate(images[:-1], axis=1)
     finally:
-        plotter.close()
+        picture.plotter.close()

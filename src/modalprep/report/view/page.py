@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -12,14 +11,13 @@ from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import RenderError
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.body_page.modes import mode_tables
-from modalprep.report.pictures.mesh_picture import Body
-from modalprep.report.scene import drawable, still_scene
-from modalprep.report.view.motion import run_scene
+from modalprep.report.scene.record import Scene
+from modalprep.report.viewer.run import run_data
+from modalprep.report.viewer.still import ViewerData, scene_data
 
 SPEEDS = (5.0, 20.0, 60.0)  # s, in which a whole run is played
 
@@ -47,11 +45,9 @@ def view_body(body: FlexibleBody, path: str | Path) -> Path:
     >>> "WebGL" in page.read_text(encoding="utf-8")
     True
     """
+    scene = scene_data(body)
     if not body.n:
-        return _write(path, body.name, f"A rigid body of {body.m:.6g} kg.", still_scene(body))
-    scene, problem = drawable(body)
-    if scene is None:
-        raise RenderError(problem)
+        return _write(path, body.name, f"A rigid body of {body.m:.6g} kg.", scene)
     about = f"Modal body with {body.n} modes, {body.m:.6g} kg."
     return _write(path, body.name, about, scene, table=mode_tables(body)[0].html())
 
@@ -75,10 +71,10 @@ def view_mesh(mesh: Any, path: str | Path) -> Path:
     RenderError
         When a cell type cannot be drawn.
     """
-    return view_still(Body(Path(mesh.source).stem or "mesh", mesh.points, mesh.cells), path)
+    return view_still(Scene(name=Path(mesh.source).stem or "mesh", points=mesh.points, cells=mesh.cells), path)
 
 
-def view_still(drawn: Body, path: str | Path) -> Path:
+def view_still(drawn: Scene, path: str | Path) -> Path:
     """Write a page in which points, cells and interfaces are turned; cells that are points are left out.
 
     Raises
@@ -86,9 +82,8 @@ def view_still(drawn: Body, path: str | Path) -> Path:
     RenderError
         When a cell type cannot be drawn.
     """
-    cells = {kind: nodes for kind, nodes in drawn.cells.items() if kind != "vertex" and len(nodes)}
     about = f"{len(drawn.points)} nodes: " + ", ".join(f"{len(nodes)} {kind}" for kind, nodes in drawn.cells.items())
-    return _write(path, drawn.name, f"{about}.", still_scene(replace(drawn, cells=cells)))
+    return _write(path, drawn.name, f"{about}.", scene_data(drawn))
 
 
 def view_run(system: System | DeployingSystem, result: Result, path: str | Path, *, name: str = "run") -> Path:
@@ -114,7 +109,7 @@ def view_run(system: System | DeployingSystem, result: Result, path: str | Path,
     RenderError
         When a cell type cannot be drawn.
     """
-    scene = run_scene(system, result)
+    scene = run_data(system, result)
     count = len(scene["bodies"])
     said = f"{count} {'body' if count == 1 else 'bodies'}, {len(result.time)} times: {result.message}."
     return _write(path, name, said, scene, notes=result.notes, speeds=_speeds(scene["seconds"]))
@@ -126,7 +121,7 @@ def _speeds(span: float) -> list[tuple[float, str]]:
     return [*named, (span, "as in reality")] if span > 0 else named
 
 
-def _write(path: str | Path, name: str, about: str, scene: dict[str, Any], **values: Any) -> Path:
+def _write(path: str | Path, name: str, about: str, scene: ViewerData, **values: Any) -> Path:
     given = {"table": "", "notes": (), "speeds": (), "plain": scene.get("plain", False), **values}
     text = _template().render(
         name=name,

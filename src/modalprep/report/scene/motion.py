@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+SHARE = 0.12  # largest displacement shown, of the body's size
 NOISE = 1e-6  # of the largest displacement of any mode: below it the mode has rotations only
 
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
-from modalprep.report.pictures.motion import largest_displacement
+from modalprep.report.scene.motion import largest_displacement
+from modalprep.report.scene.record import Scene
 
 WORDS = {"displacement": "displacement / largest", "energy": "root of strain energy density"}
 SOLID = ("tetra", "pyramid", "wedge", "hexahedron")
 FULL = 0.9  # fraction of the strain energy in cells on the scale; the density at notches exceeds it
 
 
-def node_colour(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
+def node_colour(body: Scene, mode: int, colour: str) -> np.ndarray:
     """Return the value of each node (n_points,) in a picture of `mode` (counted from 1), from 0 to 1.
 
     The displacement is divided by the largest; the root of the strain energy per volume by that above which a tenth of
@@ -28,7 +30,8 @@ def node_colour(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> body = uniform_beam(modes=1, elements=4)
+    >>> from modalprep.report.scene.record import scene_of
+    >>> body = scene_of(uniform_beam(modes=1, elements=4))
     >>> node_colour(body, 1, "displacement").round(2)
     array([0.  , 0.1 , 0.34, 0.66, 1.  ])
     >>> node_colour(body, 1, "energy").round(2)
@@ -42,13 +45,13 @@ def node_colour(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     return length / largest if largest else np.zeros_like(length)
 
 
-def colours(body: FlexibleBody) -> dict[str, str]:
+def colours(body: Scene) -> dict[str, str]:
     """Return the available colours of a body with the description of their scales."""
     known = body.energy and body.volume
     return WORDS if known else {"displacement": WORDS["displacement"]}
 
 
-def refuse_colour(body: FlexibleBody, colour: str) -> None:
+def refuse_colour(body: Scene, colour: str) -> None:
     """Refuse a colour that is unknown or not available for the body."""
     if colour not in WORDS:
         raise InputError(f"colour {colour!r} is not one of {', '.join(WORDS)}")
@@ -59,7 +62,7 @@ def refuse_colour(body: FlexibleBody, colour: str) -> None:
         )
 
 
-def _strain(body: FlexibleBody, k: int) -> np.ndarray:
+def _strain(body: Scene, k: int) -> np.ndarray:
     """Root of the strain energy density at the nodes, 1 where it is high: it grows with the motion, as strain does."""
     energy = {kind: own[:, k] for kind, own in body.energy.items()}
     springs = {kind: _middling(body) * (own > 0) for kind, own in energy.items()}
@@ -73,7 +76,7 @@ def _strain(body: FlexibleBody, k: int) -> np.ndarray:
     return np.sqrt(np.minimum(density / high, 1.0)) if high > 0 else np.zeros_like(density)
 
 
-def _at_nodes(body: FlexibleBody, energy: dict[str, np.ndarray], volume: dict[str, np.ndarray]) -> np.ndarray:
+def _at_nodes(body: Scene, energy: Mapping[str, np.ndarray], volume: Mapping[str, np.ndarray]) -> np.ndarray:
     """Energy over volume (n_points,) of the cells around each node; 0 at nodes without cells."""
     above, below = np.zeros(len(body.points)), np.zeros(len(body.points))
     for kind, nodes in body.cells.items():
@@ -83,7 +86,7 @@ def _at_nodes(body: FlexibleBody, energy: dict[str, np.ndarray], volume: dict[st
     return above / np.where(below > 0, below, 1.0)
 
 
-def _high(body: FlexibleBody, density: np.ndarray, energy: dict[str, np.ndarray]) -> float:
+def _high(body: Scene, density: np.ndarray, energy: Mapping[str, np.ndarray]) -> float:
     """Density below which the fraction `FULL` of the energy lies."""
     of_cells = np.concatenate([density[nodes].max(axis=1) for nodes in body.cells.values()])
     energies = np.concatenate([energy[kind] for kind in body.cells])
@@ -92,6 +95,6 @@ def _high(body: FlexibleBody, density: np.ndarray, energy: dict[str, np.ndarray]
     return float(of_cells[order][np.searchsorted(below, FULL * below[-1])])
 
 
-def _middling(body: FlexibleBody) -> float:
+def _middling(body: Scene) -> float:
     real = np.concatenate([values[values > 0] for values in body.volume.values()])
     return float(np.median(real)) if len(real) else 1.0

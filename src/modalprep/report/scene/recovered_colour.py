@@ -57,7 +57,7 @@ there are no recoveries
         self.bodies = {name: body for name, body in bodies.items() if self.name in body.recovery}
         self.motions = {name: body_motion(body, name, result.channels) for name, body in self.bodies.items()}
 
-    def at(self, name: str, k: int) -> np.ndarray | None:
+    def values(self, name: str, k: int) -> np.ndarray | None:
         """Return the values at the nodes of a body ``(n_points,)`` at a row of the result; None where it has none."""
         if name not in self.bodies:
             return None

@@ -1,19 +1,21 @@
-"""A body as data for the viewer in the page: outer surface, beams, interfaces and mode shapes, as base64."""
+"""A scene as data for the viewer of pages: outer surface, beams, interfaces and mode shapes, as base64."""
 
 from __future__ import annotations
 
 import base64
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
-from modalprep.report.pictures.camera import view
-from modalprep.report.pictures.colour import colours, node_colour
-from modalprep.report.pictures.motion import largest_displacement
-from modalprep.report.pictures.render import SHARE
-from modalprep.report.pictures.skin import Skin, outer_skin, simplified
+from modalprep.report.scene.camera import view
+from modalprep.report.scene.colour import colours, node_colour
+from modalprep.report.scene.motion import SHARE, largest_displacement
+from modalprep.report.scene.record import Scene, scene_of
+from modalprep.report.scene.skin import Skin, outer_skin, simplified
 from modalprep.report.tables import hertz
 
 TRIANGLES = 60_000  # maximum number of surface triangles
@@ -21,13 +23,15 @@ BYTES = 8_000_000  # maximum size of all mode shapes and their colours
 EDGED = 20_000  # triangles up to which element edges are initially visible: beyond, they hide the colours
 ENOUGH = 5000  # nodes used to choose a view
 FULL = 32767  # the largest displacement of a mode, as a 16-bit number
+ViewerData = dict[str, Any]  # for JSON; report/viewer.js reads it
 
 
-def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = BYTES) -> dict[str, Any]:
+def scene_data(body: FlexibleBody | Scene, *, triangles: int = TRIANGLES, shape_bytes: int = BYTES) -> ViewerData:
     """Return the data of the viewer, ready for JSON.
 
     Points are 32-bit floats relative to the body's centre, in units of its size; mode shapes are 16-bit integers, the
     strain energy (root of its density, if the body has it) bytes.
+    What has no modes stands still: it has one of zeros, and is `plain`.
     A surface with more triangles is drawn by its corner nodes, then on a coarser grid, with a note.
 
     Parameters
@@ -45,11 +49,14 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> drawn = scene(uniform_beam(modes=2))
+    >>> drawn = scene_data(uniform_beam(modes=2))
     >>> drawn["counts"], drawn["modes"][1]["number"], drawn["notes"]
     ([0, 40], 2, [])
     """
-    skin, notes = limited_skin(body, triangles)
+    body = scene_of(body)
+    if not body.n:
+        return scene_data(_still(body), triangles=triangles) | {"plain": True}
+    skin, notes = limited_skin(body.points, body.cells, body.skin, triangles)
     used = np.unique(np.concatenate([part.ravel() for part in vars(skin).values()]))
     renumber = np.zeros(len(body.points), dtype=int)
     renumber[used] = np.arange(len(used))
@@ -71,32 +78,37 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
     }
 
 
-def limited_skin(body: FlexibleBody, limit: int) -> tuple[Skin, list[str]]:
-    """Return a skin of at most `limit` triangles, and a note if it was simplified."""
-    skin = outer_skin(body.points, body.cells)
-    whole = len(skin.triangles)
-    if whole <= limit:
+def _still(body: Scene) -> Scene:
+    """Return a scene with one mode in which nothing moves."""
+    shape = np.zeros((len(body.points), 3, 1))
+    return replace(body, shape=shape, phi=np.zeros((len(body.interface_name), 3, 1)), frequency=np.zeros(1))
+
+
+def limited_skin(points: np.ndarray, cells: Mapping[str, np.ndarray], skin: Skin, limit: int) -> tuple[Skin, list[str]]:
+    """Return a skin of a mesh with at most `limit` triangles, and a note if it was simplified."""
+    count = len(skin.triangles)
+    if count <= limit:
         return skin, []
-    skin = outer_skin(body.points, body.cells, curved=False)
+    skin = outer_skin(points, cells, curved=False)
     if len(skin.triangles) > limit:
-        skin = simplified(body.points, skin, limit)
+        skin = simplified(points, skin, limit)
     kept = len(skin.triangles)
-    return skin, [f"The surface is drawn with {kept} of its {whole} triangles, to keep the page small."]
+    return skin, [f"The surface is drawn with {kept} of its {count} triangles, to keep the page small."]
 
 
-def _with_interfaces(body: FlexibleBody, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _with_interfaces(body: Scene, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points and shapes of these nodes and, behind them, of the interfaces."""
     points = np.concatenate([body.points[used], body.interface_position.reshape(-1, 3)])
     return points, np.concatenate([body.shape[used], body.phi])
 
 
-def _centred(body: FlexibleBody, points: np.ndarray) -> np.ndarray:
+def _centred(body: Scene, points: np.ndarray) -> np.ndarray:
     low = body.points.min(axis=0)
     high = body.points.max(axis=0)
     return (points - (low + high) / 2) / (np.linalg.norm(high - low) or 1.0)
 
 
-def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float, used: np.ndarray) -> dict[str, Any]:
+def _mode(body: Scene, k: int, shape: np.ndarray, largest: float, used: np.ndarray) -> dict[str, Any]:
     """Return one mode with its shape, largest displacement one, its strain, and the view direction."""
     unit = shape / largest if largest else np.zeros_like(shape)
     some = slice(None, None, len(body.points) // ENOUGH + 1)
@@ -110,7 +122,7 @@ def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float, used: n
     }
 
 
-def _strain(body: FlexibleBody, k: int, used: np.ndarray) -> np.ndarray:
+def _strain(body: Scene, k: int, used: np.ndarray) -> np.ndarray:
     """Return the colour of these nodes and of the interfaces, which have none, as bytes; empty where unknown."""
     if "energy" not in colours(body):
         return np.zeros(0)
@@ -123,52 +135,8 @@ def encoded(array: np.ndarray, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(array, dtype=kind).tobytes()).decode()
 
 
-def still_scene(body: Any, *, triangles: int = TRIANGLES) -> dict[str, Any]:
-    """Return the data of the viewer for what has no modes: name, points, cells and interfaces of a body or a mesh.
-
-    Raises
-    ------
-    RenderError
-        When a cell type cannot be drawn.
-
-    Examples
-    --------
-    >>> from modalprep.examples import beam_mesh
-    >>> from modalprep.report.pictures.mesh_picture import Body
-    >>> mesh = beam_mesh(4)
-    >>> still_scene(Body("beam", mesh.points, mesh.cells))["counts"]
-    [0, 4]
-    """
-    none = np.zeros((len(body.points), 3, 1))
-    still = Still(body.points, body.cells, none, body.interface_name, body.interface_position)
-    return scene(still, triangles=triangles) | {"plain": True}
-
-
-class Still(NamedTuple):
-    """What `scene` needs of a body, of one that does not move."""
-
-    points: np.ndarray
-    cells: dict[str, np.ndarray]
-    shape: np.ndarray
-    interface_name: tuple[str, ...]
-    interface_position: np.ndarray
-    n: int = 1
-    energy: Any = None
-    volume: Any = None
-
-    @property
-    def phi(self) -> np.ndarray:
-        """Motion of the interfaces."""
-        return np.zeros((len(self.interface_name), 3, 1))
-
-    @property
-    def frequency(self) -> np.ndarray:
-        """Hz."""
-        return np.zeros(1)
-
-
-def drawable(body: FlexibleBody) -> tuple[dict[str, Any] | None, str]:
-    """Return the scene, or None and the reason.
+def drawable(body: FlexibleBody | Scene) -> tuple[ViewerData | None, str]:
+    """Return the data of the viewer, or None and the reason.
 
     Examples
     --------
@@ -180,6 +148,6 @@ def drawable(body: FlexibleBody) -> tuple[dict[str, Any] | None, str]:
     if not body.n:
         return None, ""
     try:
-        return scene(body), ""
+        return scene_data(body), ""
     except RenderError as error:
         return None, str(error)

@@ -1,4 +1,4 @@
-"""The bodies of a run as data for the viewer: their surfaces, and for each frame their places and deflections."""
+"""The scene of a run as data for the viewer: their surfaces, and for each frame their places and deflections."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
-from modalprep.report.pictures.camera import viewpoint
-from modalprep.report.pictures.skin import Skin
-from modalprep.report.pictures.system_parts import FilmStyle
-from modalprep.report.pictures.system_scene import SystemScene
-from modalprep.report.scene import EDGED, FULL, TRIANGLES, encoded, limited_skin
+from modalprep.report.scene.camera import viewpoint
+from modalprep.report.scene.skin import Skin
+from modalprep.report.scene.style import FilmStyle
+from modalprep.report.scene.system import SystemScene
+from modalprep.report.viewer.still import EDGED, FULL, TRIANGLES, ViewerData, encoded, limited_skin
 
 FRAMES = 240  # of a run
 BYTES = 12_000_000  # maximum size of all deflections
 Part = dict[str, Any]
 
 
-def run_scene(system: System | DeployingSystem, result: Result, *, frames: int = FRAMES) -> dict[str, Any]:
+def run_data(system: System | DeployingSystem, result: Result, *, frames: int = FRAMES) -> ViewerData:
     """Return the data of the viewer for a run, ready for JSON.
 
     Lengths are in units of the size of the motion; a body has a place and a quaternion in each frame, and the
@@ -47,7 +47,7 @@ def run_scene(system: System | DeployingSystem, result: Result, *, frames: int =
     >>> from modalprep.multibody.simulate import start_channels
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
-    >>> drawn = run_scene(arm, start_channels(arm))
+    >>> drawn = run_data(arm, start_channels(arm))
     >>> drawn["counts"], drawn["run"]["times"], drawn["bodies"]
     ([0, 40], ['0'], ['arm'])
     """
@@ -99,10 +99,7 @@ def _affordable(rows: np.ndarray, nodes: int) -> np.ndarray:
 def _skin(scene: SystemScene, name: str) -> tuple[Skin, np.ndarray, list[str]]:
     """Return the skin of a body by its own nodes, the numbers of these in the body, and notes."""
     body = scene.bodies[name]
-    skin, notes = limited_skin(body, max(200, TRIANGLES // len(scene.bodies)))
-    if not (len(skin.triangles) or len(skin.lines)):  # rods from the first point of a body without a mesh
-        ends = np.arange(1, len(body.points))
-        skin = Skin(skin.triangles, skin.edges, skin.outline, np.column_stack([np.zeros_like(ends), ends]))
+    skin, notes = limited_skin(body.points, body.cells, scene.skins[name], max(200, TRIANGLES // len(scene.bodies)))
     used = np.unique(np.concatenate([part.ravel() for part in vars(skin).values()]))
     own = Skin(**{kind: np.searchsorted(used, part) for kind, part in vars(skin).items()})
     return own, used, [f"{name}: {note[0].lower()}{note[1:]}" for note in notes]
@@ -127,8 +124,8 @@ def _marks(scene: SystemScene, k: int, name: str, size: float) -> Part:
     body = scene.bodies[name]
     bends = np.zeros((len(scene.rows), *body.interface_position.shape))
     if body.n:
-        found = [scene.result.channels.get(f"{name}.{i}.deflection") for i in body.interface_name]
-        for i, history in enumerate(found):
+        histories = [scene.result.channels.get(f"{name}.{i}.deflection") for i in body.interface_name]
+        for i, history in enumerate(histories):
             bends[:, i] = 0.0 if history is None else history[scene.rows]
     return _moving(k, body.interface_position.reshape(-1, 3), bends, size)
 
@@ -151,7 +148,7 @@ def _moving(k: int, points: np.ndarray, bends: np.ndarray, size: float) -> Part:
 
 def _poses(scene: SystemScene, middle: np.ndarray, size: float) -> np.ndarray:
     """Return origin and quaternion of each body in each frame (frames, bodies, 7)."""
-    found = [
+    poses = [
         np.hstack(
             [
                 (scene.result[f"{name}.origin"][scene.rows] - middle) / size,
@@ -160,7 +157,7 @@ def _poses(scene: SystemScene, middle: np.ndarray, size: float) -> np.ndarray:
         )
         for name in scene.bodies
     ]
-    return np.stack(found, axis=1)
+    return np.stack(poses, axis=1)
 
 
 def _seen(scene: SystemScene) -> np.ndarray:

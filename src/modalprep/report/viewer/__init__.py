@@ -1,0 +1,1 @@
+"""Scenes as data for the viewer of pages, which WebGL draws."""
