@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from modalprep.pipeline.schema.base import OneOf
+
 SELDOM = (False, False, False, True)  # a key that may be left out is there
 
 
@@ -51,6 +53,8 @@ def value(kind, metadata=()):
     if get_origin(kind) in (Union, types.UnionType):
         found = [each for each in (value(part, metadata) for part in get_args(kind)) if each is not None]
         return st.one_of(found) if found else None
+    for names in (item.names for item in metadata if isinstance(item, OneOf)):
+        return st.sampled_from(names)
     if get_origin(kind) is Literal:
         return st.sampled_from(get_args(kind))
     if get_origin(kind) is list:

@@ -24,7 +24,7 @@ FAILURES = {
 def untried(monkeypatch):
     """Let a test start a painter as a process that has not drawn yet does."""
     monkeypatch.setattr(render, "_trusted", [])
-    monkeypatch.setattr(pictures, "is_untried", lambda: True)
+    monkeypatch.setattr(pictures, "is_untested", lambda: True)
 
 
 @pytest.mark.usefixtures("drawing", "untried")
@@ -79,6 +79,6 @@ def test_only_the_first_run_of_a_process_has_a_painter(monkeypatch):
     monkeypatch.setattr(pictures, "Painter", None)  # not called
     with pictures.pictures_beside(3) as drawn:
         assert drawn.painter is None
-    monkeypatch.setattr(pictures, "is_untried", None)
+    monkeypatch.setattr(pictures, "is_untested", None)
     with pictures.pictures_beside("none") as drawn:
         assert drawn.painter is None

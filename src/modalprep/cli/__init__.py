@@ -29,15 +29,19 @@ def main(argv: list[str] | None = None) -> int:
 def _print_plainly_where_needed() -> None:
     """Print what a terminal cannot show by its plain letters, ``m²`` as ``m2``."""
     import codecs
+    import io
     import unicodedata
 
     def plain(error: UnicodeError) -> tuple[str, int]:
+        if not isinstance(error, UnicodeEncodeError):
+            raise error
         text = unicodedata.normalize("NFKD", error.object[error.start : error.end])
         return text.encode("ascii", "replace").decode(), error.end
 
     codecs.register_error("plain", plain)
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="plain")
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="plain")
 
 
 def entry() -> None:

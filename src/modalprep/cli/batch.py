@@ -85,7 +85,7 @@ def batch(
     else:
         folder = None if no_cache else cache or planned.folder / ".cache"
         done = run_batch(planned, reporter, where, cache=folder, limit=cache_size * GIB)
-    if tracked and not listing:
+    if tracked and track and not listing:
         from modalprep.pipeline.batch.tracks import follow
 
         done["tracked"] = [follow(grid, track, reporter) for grid in tracked]
@@ -136,7 +136,9 @@ def _scheduler(address: str | None, file: Path | None, cluster: str | None, jobs
         raise InputError(
             f"-j {jobs}: the workers of a scheduler are as many as there are; leave it out with {given[0]}"
         )
-    return Scheduler(address or str(file.absolute())) if given else None
+    if file:
+        return Scheduler(str(file.absolute()))
+    return Scheduler(address) if address else None
 
 
 def _where(

@@ -45,7 +45,7 @@ def _command(name: str):
 
 
 def _name(made: typer.models.CommandInfo) -> str:
-    return made.name or made.callback.__name__.replace("_", "-")
+    return made.name or getattr(made.callback, "__name__", "").replace("_", "-")
 
 
 def perform(argv: Sequence[str]) -> int:
@@ -78,7 +78,7 @@ def perform(argv: Sequence[str]) -> int:
     except typer.Abort:
         raise KeyboardInterrupt from None
     except Exception as error:
-        if hasattr(error, "format_message"):  # a wrong option or argument
-            print(f"modalprep: {error.format_message()}; see modalprep --help", file=sys.stderr)
+        if says := getattr(error, "format_message", None):  # a wrong option or argument
+            print(f"modalprep: {says()}; see modalprep --help", file=sys.stderr)
             return 2
         raise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from modalprep.correlation.mode_set import ModeSet
     from modalprep.correlation.pairing import Correlation
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.correlation.drawn import Drawn
+    from modalprep.report.scene.record import Scene
 
 Cells = dict[str, "np.ndarray"]
 
@@ -85,7 +85,7 @@ def compare(
         print_json(summary.correlation(found, reporter))
 
 
-def _write(found: Correlation, drawn: Drawn | None, files: Sequence[Path], reporter: Reporter) -> None:
+def _write(found: Correlation, drawn: Scene | None, files: Sequence[Path], reporter: Reporter) -> None:
     """Print the pairs, and write the picture of the MAC, the table and the page."""
     from modalprep.atomic import write_table
     from modalprep.report.correlation.page import write_pairs_page
@@ -111,18 +111,18 @@ def _pair_of(film: Path | None, pair: int | None) -> int:
     return 1 if pair is None else pair
 
 
-def _drawn(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None) -> Drawn | None:
+def _drawn(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None) -> Scene | None:
     from modalprep.report.correlation.drawn import draw_pairs
 
     return draw_pairs(found, analysis, cells, test_cells) if len(found.pairs) else None
 
 
-def _film(film: Path, drawn: Drawn | None, pair: int, reporter: Reporter) -> None:
+def _film(film: Path, drawn: Scene | None, pair: int, reporter: Reporter) -> None:
     from modalprep.errors import InputError, RenderError
     from modalprep.report.pictures.animation import animate_mode
 
     count = drawn.n if drawn else 0
-    if not 1 <= pair <= count:
+    if drawn is None or not 1 <= pair <= count:
         raise InputError(f"--pair {pair}: there are {count} pairs; choose another one, or a smaller --mac")
     try:
         reporter.wrote(animate_mode(drawn, pair, film, title=drawn.titles[pair - 1]))
@@ -139,7 +139,7 @@ def _analysis(file: Path, boundary: str, count: int | None) -> tuple[ModeSet, Ce
     from modalprep.formats.modalfile import read_body
 
     body = read_body(file)
-    found = body_modes(body, boundary)
+    found = body_modes(body, cast(Literal["clamped", "free"], boundary))  # others are refused
     if count is not None and not 1 <= count <= found.n:
         raise InputError(f"--modes {count}: the body of {file} has {found.n} modes")
     return found.select(np.arange(found.n if count is None else count)), body.cells

@@ -58,8 +58,9 @@ def run(
     browser = find_browser() if pdf else None
     outcome = run_pipeline(source, output, reporter, pictures=pictures, report=report)
     pages = [path for path in reporter.files if path.suffix == ".html"]
-    for page in pages if browser else ():
-        reporter.wrote(print_page(page, browser))
+    if browser:
+        for page in pages:
+            reporter.wrote(print_page(page, browser))
     if as_json:
         from modalprep.pipeline.study.quantities import quantities
 

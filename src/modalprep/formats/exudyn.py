@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -79,8 +80,9 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     refuse_other_modal_mass(body)
     if path.suffix != ".npz":
         raise InputError(f"Exudyn finds its file by the name: {path} must end in .npz")
+    arrays: dict[str, Any] = {**_nodes(body), **inertia_blocks(body), **_header(body)}
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
-        np.savez(file, **_nodes(body), **inertia_blocks(body), **_header(body))
+        np.savez(file, **arrays)
     return path
 
 
@@ -162,7 +164,9 @@ def surface_triangles(cells: dict[str, np.ndarray]) -> np.ndarray:
     shells, solids = {3: [], 4: []}, {3: [], 4: []}
     for kind, nodes in cells.items():
         cell = cell_of(kind)
-        for face in cell.faces if cell else ():
+        if cell is None:
+            continue
+        for face in cell.faces:
             home = shells if cell.dimension == 2 else solids
             home[len(face)].append(nodes[:, face])
     found = [np.zeros((0, 3), dtype=int)]

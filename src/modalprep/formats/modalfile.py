@@ -146,7 +146,7 @@ def _store_recovery(file: h5py.File, name: str, block: Recovery) -> None:
 
 def _store_table(file: h5py.File, table: ModeTable) -> None:
     rows = np.empty(len(table.kind), dtype=TABLE)
-    for name in TABLE.names:
+    for name in rows.dtype.names or ():
         rows[name] = getattr(table, name)
     file["modes"] = rows
     file["modes"].attrs["total"] = table.total
@@ -217,7 +217,7 @@ def _known_version(file: h5py.File) -> int:
 
 def _read(file: h5py.File) -> FlexibleBody:
     n, k = len(file["K"]), len(file["interface_name"])
-    arrays = {name: _array(file, name, shape(n, k)) for name, shape in SHAPES.items()}
+    arrays: dict[str, Any] = {name: _array(file, name, shape(n, k)) for name, shape in SHAPES.items()}
     if not (arrays["m"] > 0 and np.all(arrays["K"] >= 0)):
         raise InputError("the mass m is not positive, or a stiffness in K is negative")
     points = _array(file, "points", (len(file["points"]), 3))
@@ -234,8 +234,10 @@ def _read(file: h5py.File) -> FlexibleBody:
         if np.shape(six) != (6,) or not np.all(np.isfinite(six)):
             raise InputError(f"the {name} of the modes table is not six numbers")
     cells = {kind: _cells(file, kind, len(points)) for kind in file.get("cells", ())}
+    arrays["m"] = float(arrays["m"])
+    texts: dict[str, Any] = {name: tuple(file[name].asstr()[()]) for name in TEXTS if name in file}
     return FlexibleBody(
-        **(arrays | {"m": float(arrays["m"])}),
+        **arrays,
         name=str(file.attrs["name"]),
         interface_name=names,
         points=points,
@@ -257,7 +259,7 @@ def _read(file: h5py.File) -> FlexibleBody:
             held=held,
         ),
         provenance=dict(json.loads(file.attrs["inputs"])),
-        **{name: tuple(file[name].asstr()[()]) for name in TEXTS if name in file},
+        **texts,
     )
 
 

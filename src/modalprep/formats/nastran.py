@@ -242,14 +242,18 @@ def write_dmig(body: FlexibleBody, path: str | Path, *, first_grid: int = 1, fir
     """
     path = Path(path)
     whole = superelement(body)
-    grids = first_grid + np.arange(len(whole.physical))
-    spoints = first_spoint + np.arange(len(whole.frequency))
+    grids = np.arange(first_grid, first_grid + len(whole.physical))
+    spoints = np.arange(first_spoint, first_spoint + len(whole.frequency))
     _check_numbers(grids, spoints)
-    points = [(grid, component) for grid in grids for component in range(1, 7)] + [(point, 0) for point in spoints]
+    points = [(grid, component) for grid in grids.tolist() for component in range(1, 7)] + [
+        (point, 0) for point in spoints.tolist()
+    ]
     points, order = sorted(points), np.array(sorted(range(len(points)), key=points.__getitem__))
     with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii", errors="replace") as file:
         file.writelines(_heading(body, whole, grids, spoints))
-        file.writelines(_grid(grid, body.interface_position[k]) for grid, k in zip(grids, whole.physical, strict=True))
+        file.writelines(
+            _grid(grid, body.interface_position[k]) for grid, k in zip(grids.tolist(), whole.physical, strict=True)
+        )
         file.writelines(_spoints(spoints))
         for name, matrix in _matrices(whole).items():
             file.writelines(_dmig(name, matrix[np.ix_(order, order)], points))

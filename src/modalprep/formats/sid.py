@@ -213,7 +213,7 @@ def _block(indent: int, name: str, term: Taylor, n: int, dialect: Dialect) -> It
 def _entries(name: str, values: np.ndarray, dialect: Dialect) -> Iterator[str]:
     for place in np.argwhere(values):
         key = ",".join(f"{index + 1:2d}" for index in place)
-        yield _entry(26, f"{name}({key})", dialect.number(values[tuple(place)]))
+        yield _entry(26, f"{name}({key})", dialect.number(float(values[tuple(place)])))
 
 
 def _entry(indent: int, key: str, value: str) -> str:

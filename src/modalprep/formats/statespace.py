@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -20,7 +21,7 @@ def _mat(path: Path, data: dict[str, np.ndarray]) -> None:
     scipy.io.savemat(path, cells, appendmat=False)
 
 
-def _npz(path: Path, data: dict[str, np.ndarray]) -> None:
+def _npz(path: Path, data: dict[str, Any]) -> None:
     with path.open("wb") as file:
         np.savez(file, **data)
 

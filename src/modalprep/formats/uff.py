@@ -103,9 +103,10 @@ def _nodes(points: np.ndarray) -> Iterator[str]:
 def _elements(cells: dict[str, np.ndarray]) -> Iterator[str]:
     label = 0
     for kind, nodes in cells.items():
-        if kind == "vertex":
+        cell = cell_of(kind)
+        if cell is None or cell.uff is None:  # a point
             continue
-        descriptor, corners = cell_of(kind).uff
+        descriptor, corners = cell.uff
         for row in (nodes[:, corners] + 1).tolist():
             label += 1
             yield _integers(label, descriptor, 1, 1, COLOUR, len(row))

@@ -188,7 +188,11 @@ def _cells(cells: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for nodes in cells.values()])
     types = np.concatenate([np.full(len(nodes), CELLS[kind].vtk) for kind, nodes in cells.items()])
     nodes = np.concatenate([np.ravel(nodes) for nodes in cells.values()])
-    return {"connectivity": np.int64(nodes), "offsets": np.cumsum(sizes, dtype=np.int64), "types": np.uint8(types)}
+    return {
+        "connectivity": nodes.astype(np.int64),
+        "offsets": np.cumsum(sizes, dtype=np.int64),
+        "types": types.astype(np.uint8),
+    }
 
 
 def _section(name: str, arrays: dict[str, np.ndarray]) -> Iterator[str]:

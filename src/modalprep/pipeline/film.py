@@ -79,8 +79,8 @@ def draw_film(
     RenderError
         When the machine cannot draw.
     """
+    style = table.style()
+    size = table.size[0], table.size[1]
     if target.suffix.lower() in PICTURES:
-        size = tuple(table.size)
-        return render_motion(system, result, target, style=table.style(), positions=positions, size=size, strip=strip)
-    options = {"seconds": table.seconds, "frames": table.frames, "size": tuple(table.size)}
-    return animate_system(system, result, target, style=table.style(), **options)
+        return render_motion(system, result, target, style=style, positions=positions, size=size, strip=strip)
+    return animate_system(system, result, target, style=style, seconds=table.seconds, frames=table.frames, size=size)

@@ -87,7 +87,9 @@ class Outcome:
         """Margin of the worst place of each recovered component, and of the peaks of responses; NaN where none is."""
         envelopes = self.simulated.envelopes if self.simulated else ()
         rows = [row for envelope in envelopes for row in envelope.worst()]
-        found = {f"{row['body']}.{row['recovery']}.{row['place']}.{row['component']}": row["margin"] for row in rows}
+        found = {
+            f"{row['body']}.{row['recovery']}.{row['place']}.{row['component']}": float(row["margin"]) for row in rows
+        }
         return found | {
             f"{found.name}.{peak.channel}": peak.margin for found in self.responses for peak in found.response.worst()
         }

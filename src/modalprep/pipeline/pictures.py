@@ -13,7 +13,7 @@ from modalprep.errors import RenderError
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.drawn import Drawn, not_drawn
 from modalprep.report.painter import Painter
-from modalprep.report.pictures.render import is_untried, render_mesh, try_ahead
+from modalprep.report.pictures.render import is_untested, render_mesh, try_ahead
 from modalprep.report.pictures.sheet import render_modes
 
 MOST = 2e8  # bytes of the mode shapes that another process holds too
@@ -73,7 +73,7 @@ def pictures_beside(wanted: str | int) -> Iterator[Pictures]:
     painter = None
     if wanted not in ("none", 0):
         with suppress(OSError):
-            painter = Painter() if is_untried() and sys.platform == "linux" and (os.cpu_count() or 1) > 1 else None
+            painter = Painter() if is_untested() and sys.platform == "linux" and (os.cpu_count() or 1) > 1 else None
         if painter is None:
             try_ahead()
     try:
@@ -91,4 +91,4 @@ def counted(wanted: str | int, modes: int) -> int:
     >>> counted("kept", 12), counted("none", 12), counted(8, 12)
     (12, 0, 8)
     """
-    return {"none": 0, "kept": modes}.get(wanted, wanted)
+    return wanted if isinstance(wanted, int) else {"none": 0, "kept": modes}[wanted]

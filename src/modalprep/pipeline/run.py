@@ -69,7 +69,7 @@ def run_pipeline(
         if built:
             painter.begin(built.body, built.file)
         exported = _exported(source, built, folder, reporter) if built else None
-        responses = _responses(source, built, folder, reporter) if pipeline.response else ()
+        responses = _responses(source, built, folder, reporter) if built and pipeline.response else ()
         sensitivities = _sensitivities(source, folder, reporter) if pipeline.sensitivities else None
         synthesised = _synthesised(source, output, reporter) if pipeline.synthesis else None
         system_drawn = _system_drawn(source, synthesised, folder, wanted, reporter) if synthesised else None

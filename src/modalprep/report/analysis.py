@@ -108,7 +108,7 @@ def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, pat
     """Write real and imaginary part of every response over frequency (Hz) as columns of a CSV file."""
     columns = {"frequency": frequency}
     for label, values in _pairs(linear, H):
-        columns |= {f"{label} re": values.real, f"{label} im": values.imag}
+        columns |= {f"{label} re": np.real(values), f"{label} im": np.imag(values)}
     return write_columns(columns, path)
 
 

@@ -137,7 +137,7 @@ def statistics_table(
         rich.add_column(name, justify="right" if number > 1 else "left")
     last = ""
     for name, kind, *numbers in ensemble.statistics(levels, channels):
-        rich.add_row(Text("" if name == last else name), kind, *(f"{number:.4g}" for number in numbers))
+        rich.add_row(Text("" if name == last else str(name)), str(kind), *(f"{number:.4g}" for number in numbers))
         last = name
     known = sum(bool(np.isfinite(end)) for end in ensemble.end)
     console.print(Text(f"Statistics of {known} cases", "bold"))

@@ -26,39 +26,44 @@ class Painter:
     """
 
     def __init__(self) -> None:
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        pipe = subprocess.PIPE
         command = [sys.executable, "-c", PAINT]
-        self._process = subprocess.Popen(command, env=render.environment(render.EGL), **pipes)
-        self._asked = 0
+        environment = render.environment(render.EGL)
+        self._process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+        assert self._process.stdin is not None  # as it is a pipe
+        assert self._process.stdout is not None
+        self._input = self._process.stdin
+        self._output = self._process.stdout
+        self._count = 0  # of pictures
 
     def begin(self, body: FlexibleBody, mesh_picture: Path, pictures: Mapping[int, Path]) -> None:
         """Let it draw the mesh and the modes (counted from 1) of a body, each into its file."""
         late = Timer(render.PATIENCE, self._process.kill)
         late.start()
-        ready = self._process.stdout.readline().decode() == READY
+        ready = self._output.readline().decode() == READY
         late.cancel()
         if ready:
             render.trust()
             with suppress(OSError):
-                pickle.dump((body, mesh_picture, dict(pictures)), self._process.stdin)
-                self._process.stdin.flush()
-                self._asked = 1 + len(pictures)
+                pickle.dump((body, mesh_picture, dict(pictures)), self._input)
+                self._input.flush()
+                self._count = 1 + len(pictures)
 
     def drawn(self) -> Iterator[int]:
         """Yield the number of modes that are drawn, from 0 for the mesh; returns whether all are."""
-        for count in range(self._asked):
-            if self._process.stdout.readline().decode() != DRAWN:
+        for count in range(self._count):
+            if self._output.readline().decode() != DRAWN:
                 return False
             yield count
-        return self._asked > 0
+        return self._count > 0
 
     def close(self) -> None:
         """End the process; a picture that is half drawn leaves no file."""
         with suppress(OSError):
-            self._process.stdin.close()
+            self._input.close()
         if self._process.poll() is None:
             self._process.terminate()
-        self._process.stdout.close()
+        self._output.close()
         try:
             self._process.wait(GRACE)
         except subprocess.TimeoutExpired:

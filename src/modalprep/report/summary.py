@@ -144,7 +144,7 @@ def quality(mesh: Any, found: Any) -> dict[str, Any]:
 
 
 def _with_units(row: dict[str, Any]) -> dict[str, Any]:
-    units = dict.fromkeys(("smallest", "median", "largest"), "_m") | dict.fromkeys(("small", "large"), "_deg")
+    units = {"smallest": "_m", "median": "_m", "largest": "_m", "small": "_deg", "large": "_deg"}
     return {f"{key}{units.get(key, '')}": value for key, value in row.items()}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,29 +13,9 @@ from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report.charts import plots
 from modalprep.report.charts.figures import Figure, named, save_figure
 from modalprep.report.pictures.sheet import render_modes
+from modalprep.report.scene.record import Scene
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Assembled:
-    """Interface of a body for the drawing functions of `report`: here all bodies as one, in the system's axes."""
-
-    name: str
-    points: np.ndarray
-    cells: dict[str, np.ndarray]
-    shape: np.ndarray
-    phi: np.ndarray
-    frequency: np.ndarray
-    interface_name: tuple[str, ...]
-    interface_position: np.ndarray
-    energy: dict[str, np.ndarray] = field(default_factory=dict)
-    volume: dict[str, np.ndarray] = field(default_factory=dict)
-
-    @property
-    def n(self) -> int:
-        """Number of modes."""
-        return len(self.frequency)
 
 
 def synthesis_table(
@@ -97,7 +76,7 @@ def strain_plot(modes: SynthesisedModes, fractions: Mapping[str, np.ndarray], pa
     return save_figure(figure, path)
 
 
-def assembled(modes: SynthesisedModes, name: str) -> Assembled:
+def assembled(modes: SynthesisedModes, name: str) -> Scene:
     """Return all bodies as one for drawing, with their names at the node nearest to their centre."""
     names = list(modes.bodies)
     points, shapes = ([of(n) for n in names] for of in (modes.points, modes.nodal_shape))
@@ -107,7 +86,7 @@ def assembled(modes: SynthesisedModes, name: str) -> Assembled:
         for kind, nodes in body.cells.items():
             cells.setdefault(kind, []).append(nodes + first)
     middle = [int(np.argmin(np.linalg.norm(x - x.mean(axis=0), axis=1))) for x in points]
-    return Assembled(
+    return Scene(
         name=name,
         points=np.vstack(points),
         cells={kind: np.vstack(parts) for kind, parts in cells.items()},

@@ -251,12 +251,13 @@ def envelope_rows(envelopes: Sequence[Envelope]) -> list[tuple[str, ...]]:
     """
     found = []
     for row in (row for envelope in envelopes for row in envelope.worst()):
-        time = row["at_s"] if row["highest"] >= -row["lowest"] else row["lowest_at_s"]
-        extremes = (quantity(row[key], row["unit"]) for key in ("highest", "lowest"))
+        highest = float(row["highest"])
+        lowest = float(row["lowest"])
+        time = float(row["at_s"] if highest >= -lowest else row["lowest_at_s"])
+        extremes = (quantity(value, str(row["unit"])) for value in (highest, lowest))
         name = f"{row['body']}.{row['recovery']}"
-        found.append(
-            (name, row["component"], *extremes, row["place"], f"{number(time)} s", margin_of_safety(row["margin"]))
-        )
+        margin = margin_of_safety(float(row["margin"]))
+        found.append((name, str(row["component"]), *extremes, str(row["place"]), f"{number(time)} s", margin))
     return found
 
 

@@ -87,7 +87,8 @@ def _print_lines(table: Table, console: Console) -> None:
         named = [_named(head, cell, str(row.style or "")) for head, cell in zip(heads, cells, strict=True)]
         short = [text for text in named if text is not None and len(text) <= SHORT]
         long = [text for text in named if text is not None and len(text) > SHORT]
-        for number, text in enumerate([*([Text("  ").join(short)] if short else []), *long]):
+        lines = [Text("  ").join(short), *long] if short else long
+        for number, text in enumerate(lines):
             _print_hanging(text, console, INSET * min(number, 1))
 
 

@@ -91,7 +91,7 @@ class Process:
     @property
     def pid(self) -> int:
         """Number of the process."""
-        return self._process.pid
+        return self._process.pid or 0
 
     def kill(self) -> None:
         """End the process at once."""
@@ -136,5 +136,6 @@ def _serve(pipe: connection.Connection, threads: int) -> None:
 
 def _end_with_parent() -> None:
     """End this process as soon as its parent has ended."""
-    connection.wait([multiprocessing.parent_process().sentinel])
+    if parent := multiprocessing.parent_process():
+        connection.wait([parent.sentinel])
     os._exit(1)

@@ -27,7 +27,10 @@ class Task(Protocol):
         Whether each job of a cluster runs in a process of its own, which can be limited and ended.
     """
 
-    own_process: bool
+    @property
+    def own_process(self) -> bool:
+        """Whether each job of a cluster runs in a process of its own."""
+        ...
 
     def run(self, job: Any, stopped: Callable[[], bool] = never) -> Any:
         """Return the outcome of a job; nothing is raised. A job may end early once `stopped` returns True."""
@@ -51,19 +54,23 @@ class Team(Protocol):
     @property
     def size(self) -> int:
         """Number of jobs that run at the same time."""
+        ...
 
     @property
     def free(self) -> int:
         """Jobs that may be submitted now."""
+        ...
 
     def submit(self, job: Any) -> None:
         """Start a job, or queue it."""
 
     def collect(self, seconds: float) -> list[tuple[Any, Any]]:
         """Wait at most so long for a job to end; return those that did."""
+        ...
 
     def news(self) -> list[str]:
         """Return what is new about the workers, in sentences."""
+        ...
 
     def close(self) -> None:
         """Release the workers and stop running jobs."""

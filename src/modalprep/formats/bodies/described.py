@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
@@ -20,6 +20,13 @@ FORMS = ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")
 NOTES = "not in the file"  # key of the provenance
 MESH = "mesh and shapes between the nodes: pictures show the nodes alone"
 FREE = "a node at rest at the origin: only a free joint can carry the body, for others choose a node as its root"
+
+
+class Units(TypedDict):
+    """The units of a file."""
+
+    length_unit: str
+    mass_unit: str | None
 
 
 def body_of(M: np.ndarray, K: np.ndarray, D: np.ndarray, **said: Any) -> FlexibleBody:
@@ -45,9 +52,8 @@ def body_of(M: np.ndarray, K: np.ndarray, D: np.ndarray, **said: Any) -> Flexibl
     if not k.min() >= 0:
         raise InputError(f"its stiffness has the negative eigenvalue {k.min():.3g}")
     table = ModeTable.empty(np.diag(rigid_mass_matrix(said["m"], said["s0"], said["E0"])))
-    body = FlexibleBody(
-        **{"cells": {}} | said, K=k, D=np.diag(V.T @ D @ V).copy(), frequency=np.sqrt(k) / (2 * np.pi), modes=table
-    )
+    arrays: dict[str, Any] = {"cells": {}} | said
+    body = FlexibleBody(**arrays, K=k, D=np.diag(V.T @ D @ V).copy(), frequency=np.sqrt(k) / (2 * np.pi), modes=table)
     _refuse_not_finite(body)
     return _rooted(body)
 

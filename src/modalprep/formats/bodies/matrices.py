@@ -16,6 +16,7 @@ from modalprep.fe.external.entries import Found, cloud, together
 from modalprep.fe.external.files import deck_nodes, pick, read_nodes
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
+from modalprep.formats.bodies.described import Units
 from modalprep.formats.bodies.superelements import noted
 from modalprep.suggest import refuse_missing
 from modalprep.supplied.reduced import body_from_reduced
@@ -36,7 +37,7 @@ def dmig_body(path: Path, length_unit: str, mass_unit: str | None, interfaces: I
     lines = path.read_text(encoding="ascii", errors="replace").splitlines()
     names = {int(match[1]): match[2].strip() for line in lines if (match := NAMED.match(line))}
     title = next((match[1] for line in lines if (match := HEAD.match(line))), path.stem)
-    units = {"length_unit": length_unit, "mass_unit": mass_unit}
+    units: Units = {"length_unit": length_unit, "mass_unit": mass_unit}
     body = _reduced(title, Found(read_dmig(path, scalar=True)), path, mesh, names, interfaces, units)
     return noted(body, "shapes between the nodes")
 
@@ -59,7 +60,7 @@ def substructure_body(
     mesh = read_nodes(Path(nodes), "m", 1.0) if nodes is not None else _own_nodes(blocks)
     if mesh is None:
         raise InputError("it does not say where its nodes are; name the deck or table that does: --nodes FILE")
-    units = {"length_unit": length_unit, "mass_unit": mass_unit}
+    units: Units = {"length_unit": length_unit, "mass_unit": mass_unit}
     return noted(_reduced(path.stem, found, path, mesh, {}, interfaces, units), "shapes between the nodes")
 
 
@@ -70,8 +71,9 @@ def _assembled(blocks: list[Block], path: Path) -> Found:
         return Found(read_abaqus_matrix(path) if any(b.keyword == "USER ELEMENT" for b in blocks) else {})
     if len(found) > 1:
         raise InputError(f"it has {len(found)} *MATRIX ASSEMBLE; give a deck with the one that is the body")
-    files = {key: found[0].options.get(f"{key.upper()}FILE") for key in ("stiffness", "mass")}
-    if None in files.values():
+    named = {key: found[0].options.get(f"{key.upper()}FILE") for key in ("stiffness", "mass")}
+    files = {key: name for key, name in named.items() if name is not None}
+    if len(files) < len(named):
         raise InputError("its *MATRIX ASSEMBLE needs STIFFNESSFILE and MASSFILE; a body without mass cannot move")
     matrices = {}
     for key, name in files.items():
@@ -96,7 +98,7 @@ def _reduced(
     mesh: Mesh,
     names: dict[int, str],
     interfaces: Interfaces,
-    units: dict[str, str | None],
+    units: Units,
 ) -> FlexibleBody:
     """Return the body of labelled matrices; rows of nodes without a place are generalised coordinates."""
     K, M, rows = together(pick(found, "stiffness", path), pick(found, "mass", path))

@@ -122,7 +122,7 @@ def _integrals(file: Groups, points: np.ndarray, shapes: np.ndarray) -> tuple[In
     lumped = file.array(11, file.nodes, 6) if 11 in file.words else None
     if 12 not in file.words and lumped is None:
         raise InputError("it has neither the inertia of the rigid body (group 12) nor lumped masses (group 11)")
-    m, s0, E0 = _rigid(file.array(12, 13)) if 12 in file.words else _rigid_sums(lumped, points)
+    m, s0, E0 = _rigid(file.array(12, 13)) if lumped is None or 12 in file.words else _rigid_sums(lumped, points)
     if not m > 0:
         raise InputError("its mass is not positive")
     if set(INVARIANTS) <= set(file.words):

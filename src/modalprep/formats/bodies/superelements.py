@@ -13,7 +13,7 @@ from modalprep.body.mass import cross_moment
 from modalprep.errors import InputError
 from modalprep.fe.external.model import unit_factors
 from modalprep.fe.external.output4 import read_output4
-from modalprep.formats.bodies.described import NOTES
+from modalprep.formats.bodies.described import NOTES, Units
 from modalprep.formats.contractions import moment
 from modalprep.suggest import refuse_missing
 from modalprep.supplied.extseout import read_extseout
@@ -53,7 +53,7 @@ def output4_body(path: Path, length_unit: str, mass_unit: str | None) -> Flexibl
     if len(K) < 6:
         raise InputError(f"KAAX has {len(K)} rows, of which the first six are the root")
     damping = _dense(found, "BAAX") if "BAAX" in found else None
-    units = {"length_unit": length_unit, "mass_unit": mass_unit}
+    units: Units = {"length_unit": length_unit, "mass_unit": mass_unit}
     body = _superelement(path.stem, K, M, damping, _recovered(PHI, K), units)
     return noted(body, "names of the interfaces", "cells between the nodes")
 
@@ -85,12 +85,13 @@ def _recovered(PHI: np.ndarray, K: np.ndarray) -> Recovered:
 
 
 def _superelement(
-    name: str, K: np.ndarray, M: np.ndarray, damping: np.ndarray | None, nodes: Recovered, units: dict[str, str | None]
+    name: str, K: np.ndarray, M: np.ndarray, damping: np.ndarray | None, nodes: Recovered, units: Units
 ) -> FlexibleBody:
     """Return the body with the interfaces that are rows of the matrices, then those that follow by recovery."""
     own = [_rows(motion) for motion in nodes.motion]
     kept, others = ([k for k, rows in enumerate(own) if (rows is None) == follows] for follows in (False, True))
-    if not kept or kept[0] != 0 or not np.array_equal(own[0], np.arange(6)):
+    first = own[0] if own else None
+    if first is None or not np.array_equal(first, np.arange(6)):
         raise InputError("the first six rows of PHI are not those of the root")
     names = ["root", *(f"interface_{k + 1}" for k in range(1, len(own)))]
     points = Points(  # translations and rotations of the others, as if of two points

@@ -122,7 +122,7 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> Planned:
     known = dict[Needs, Needs]()
 
     def tables(job: Job) -> dict[str, Any]:
-        return combined(file, base, dict(zip(grid, job.cell.values, strict=True)), "[grid]")
+        return combined(file, base, dict(zip(grid, job.cell.values if job.cell else (), strict=True)), "[grid]")
 
     problems = (validated(tables(job))[1] for job in jobs)  # up to the first valid combination
     if (problem := next(problems)) and all(problems):
@@ -210,7 +210,7 @@ def _short(key: str, grid: Iterable[str]) -> str:
 def _moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path) -> dict[str, Any]:
     """Name the files that tables name relative to a folder from a new one; those of no valid pipeline are left."""
     for keys, name in named_files(pipeline or {}):
-        inner = data
+        inner: Any = data
         for key in keys[:-1]:
             inner = inner[key]
         inner[keys[-1]] = str(name) if Path(name).is_absolute() else relative(old / name, new)

@@ -94,7 +94,7 @@ class Keeper:
         OutputError
             When it cannot be written.
         """
-        return write_json(manifest or self.manifest(), self._batch.folder / f"{self._batch.stem}.json")
+        return write_json(dict(manifest or self.manifest()), self._batch.folder / f"{self._batch.stem}.json")
 
     def manifest(self) -> dict[str, Any]:
         """Return what ``batch.json`` holds."""

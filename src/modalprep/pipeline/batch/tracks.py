@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 from modalprep.atomic import write_table
 from modalprep.correlation import body_modes, track_modes
@@ -15,7 +15,7 @@ from modalprep.correlation.tracking import Indices
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.batch.batch import Batch
-from modalprep.pipeline.batch.job import Job
+from modalprep.pipeline.batch.job import Cell, Job
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load
 from modalprep.suggest import refuse_unknown
@@ -61,7 +61,8 @@ def follow(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, 
     """
     from modalprep.report.correlation.tracks import track_plot, track_table
 
-    name = jobs[0].cell.file.stem
+    grid = _cell(jobs[0])
+    name = grid.file.stem
     folder = jobs[0].folder.parent
     study, missing = _study(name, jobs, boundary)
     for text in missing:
@@ -74,7 +75,7 @@ def follow(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, 
         reporter.wrote(track_plot(study, folder / f"{name}-modes.png")),
     ]
     return {
-        "grid": str(jobs[0].cell.file),
+        "grid": str(grid.file),
         "boundary": boundary,
         "modes": study.summary(),
         "notes": [*missing, *study.uncertainties()],
@@ -86,12 +87,20 @@ def _written(value: Any) -> float | str:
     return value if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
+def _cell(job: Job) -> Cell:
+    """Return the combination of the grid that a job is."""
+    if job.cell is None:
+        raise InputError(f"--track: {job.name} is not of a grid")
+    return job.cell
+
+
 def _study(name: str, jobs: Sequence[Job], boundary: str) -> tuple[Study, list[str]]:
-    order = [_order([job.cell.values[k] for job in jobs]) for k in range(len(jobs[0].cell.keys))]
+    keys = _cell(jobs[0]).keys
+    order = [_order([_cell(job).values[k] for job in jobs]) for k in range(len(keys))]
     modes: dict[Indices, ModeSet] = {}
     missing = []
     for job in jobs:
-        place = tuple(levels.index(value) for levels, value in zip(order, job.cell.values, strict=True))
+        place = tuple(levels.index(value) for levels, value in zip(order, _cell(job).values, strict=True))
         try:
             modes[place] = _modes(job, boundary)
         except InputError as error:
@@ -99,9 +108,7 @@ def _study(name: str, jobs: Sequence[Job], boundary: str) -> tuple[Study, list[s
     if not modes:
         raise InputError(f"--track: no case of {name} has a body; {missing[0]}")
     tracks = track_modes(modes)
-    return Study(
-        name=name, parameters=jobs[0].cell.keys, levels=tuple(map(tuple, order)), modes=modes, tracks=tracks
-    ), missing
+    return Study(name=name, parameters=keys, levels=tuple(map(tuple, order)), modes=modes, tracks=tracks), missing
 
 
 def _order(values: Sequence[Any]) -> list[Any]:
@@ -112,6 +119,8 @@ def _order(values: Sequence[Any]) -> list[Any]:
 
 
 def _modes(job: Job, boundary: str) -> ModeSet:
-    found = body_modes(read_body(job.folder / f"{job.name}.h5"), boundary)
+    found = body_modes(
+        read_body(job.folder / f"{job.name}.h5"), cast(Literal["clamped", "free"], boundary)
+    )  # no others
     some = slice(None, None, -(-len(found.points) // POINTS))
     return found.with_(name=job.name, points=found.points[some], shape=found.shape[some], labels=found.labels[some])

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.fe.readers.cad import CAD
 from modalprep.pipeline.init.interfaces import MOST
 from modalprep.pipeline.init.proposal import Proposal, number, quoted
 from modalprep.pipeline.init.survey import Survey
@@ -65,7 +64,7 @@ def _mesh(found: Survey, target: Path) -> str:
     lines.append(f'length_unit = "{read.length_unit}"  # {read.why}')
     if read.mass_unit is not None and found.mesh.properties:
         lines.append(f'mass_unit = "{read.mass_unit}"  # of the materials of the deck')
-    if found.file.suffix.lower() in CAD:
+    if read.size is not None:  # of a CAD file
         lines.append(
             f"size = {number(read.size, read.size)}  # edge of an element; halve it to see what the mesh changes"
         )

@@ -26,7 +26,7 @@ PLAUSIBLE = ", and the materials are plausible in it"
 STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Read(Record):
     """A mesh that was read, with the units and the size of elements that were taken.
 
@@ -66,10 +66,11 @@ def read_with_units(path: Path, length_unit: str | None, mass_unit: str | None, 
         return _deck(path, length_unit, mass_unit)
     mesh = read_mesh(path, length_unit or "m")
     if length_unit is not None:
-        return Read(mesh, length_unit, "as given")
+        return Read(mesh=mesh, length_unit=length_unit, why="as given")
     unit = likely_unit(extent(mesh), solid=any(cell_dimension(kind) == 3 for kind in mesh.cells))
     factor = LENGTH_UNITS[unit]
-    return Read(mesh.with_(points=factor * mesh.points, scale=factor), unit, _why(unit, extent(mesh)))
+    scaled = mesh.with_(points=factor * mesh.points, scale=factor)
+    return Read(mesh=scaled, length_unit=unit, why=_why(unit, extent(mesh)))
 
 
 def extent(mesh: Mesh) -> float:
@@ -119,20 +120,22 @@ def _cad(path: Path, length_unit: str | None, size: float | None) -> Read:
         why = "of 'size' and of the coordinates here; the CAD file says its own" if length_unit is None else why
     if size is None:
         size = element_size(extension / factor, volume / factor**3, area / factor**2)
-    return Read(read_mesh(path, unit, size=size), unit, why, size=size)
+    return Read(mesh=read_mesh(path, unit, size=size), length_unit=unit, why=why, size=size)
 
 
 def _deck(path: Path, length_unit: str | None, mass_unit: str | None) -> Read:
     if length_unit is not None:
         mass = mass_unit or MASSES[length_unit]
-        return Read(read_mesh(path, length_unit, mass), length_unit, "as given", mass)
+        mesh = read_mesh(path, length_unit, mass)
+        return Read(mesh=mesh, length_unit=length_unit, why="as given", mass_unit=mass)
     trials = []
     for unit, mass in GUESSES:
         mesh = read_mesh(path, unit, mass_unit or mass)
         odd = implausible_sections(mesh.properties, extent(mesh))
         uncommon = not COMMON[0] <= extent(mesh) <= COMMON[1]
         why = _why(unit, extent(mesh) / LENGTH_UNITS[unit], "" if odd or not mesh.properties else PLAUSIBLE)
-        trials.append((len(odd), uncommon, len(trials), Read(mesh, unit, why, mass_unit or mass)))
+        read = Read(mesh=mesh, length_unit=unit, why=why, mass_unit=mass_unit or mass)
+        trials.append((len(odd), uncommon, len(trials), read))
         if not odd and not uncommon:
             break
     return min(trials)[3]

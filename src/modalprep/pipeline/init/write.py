@@ -71,6 +71,7 @@ def _that_assembles(
     found: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool
 ) -> tuple[Survey, str, FEModel | None]:
     """Return the survey without the interfaces that the model refuses, the text and the model; None if it has none."""
+    message = ""
     for _ in range(1 + len(found.interfaces)):
         text = pipeline_text(found, target, material, given)
         try:

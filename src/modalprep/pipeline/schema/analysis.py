@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from modalprep.applies import Rule
 from modalprep.formats.statespace import WRITERS
-from modalprep.pipeline.schema.base import ReferenceTable, Table
+from modalprep.pipeline.schema.base import OneOf, ReferenceTable, Table
 from modalprep.pipeline.schema.quantities import TEXT_TOO, Duration, Frequency, in_si
 from modalprep.pipeline.schema.system import EACH, THEORY, Theory
 from modalprep.pipeline.schema.time import TIME, Time, form
@@ -89,7 +89,7 @@ class AnalysisTable(Table):
         description="'joint.angle', 'body.modal.1', 'body.interface.position.x', also velocity, acceleration, ...; "
         "'body.recovery.name.place.component'",
     )
-    state_space: list[Literal[*WRITERS]] = Field([], description="files to write A, B, C, D to")
+    state_space: list[Annotated[str, OneOf(WRITERS)]] = Field([], description="files to write A, B, C, D to")
     response: ResponseTable | None = Field(None, description="of the outputs to harmonic inputs")
     sweep: SweepTable | None = Field(None, description="modes over time")
     inverse: InverseTable | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
@@ -28,6 +28,24 @@ class FileName(str):
         return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
 
 
+class OneOf:
+    """What accepts one of some names alone.
+
+    Examples
+    --------
+    >>> from pydantic import TypeAdapter
+    >>> TypeAdapter(Annotated[str, OneOf(("rest", "steady"))]).validate_python("rest")
+    'rest'
+    """
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self.names = list(names)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Accept the names."""
+        return core_schema.literal_schema(self.names)
+
+
 class DeckName(FileName):
     """The name of a file that may include others."""
 
@@ -38,6 +56,12 @@ class BodyName(DeckName):
 
 class PipelineName(FileName):
     """The name of a pipeline file, which names files itself, from its own folder."""
+
+
+def triple(values: Sequence[float]) -> tuple[float, float, float]:
+    """Return a list of three numbers as a tuple."""
+    x, y, z = values
+    return x, y, z
 
 
 def first_message(error: ValidationError) -> str:
@@ -55,9 +79,10 @@ def first_message(error: ValidationError) -> str:
     value = first.get("input")
     if first["type"] in ("float_type", "int_type") and isinstance(value, str):
         return f"{value!r} is text; write the number without quotes and in SI units"
-    if first["type"] == "union_tag_invalid" and first["ctx"]["discriminator"] == "form()":
-        expected = first["ctx"]["expected_tags"].replace("'", "").replace(", ", " or ")
-        return f"{value!r} is a {first['ctx']['tag']}, but this key needs a {expected}"
+    context = first.get("ctx", {})
+    if first["type"] == "union_tag_invalid" and context["discriminator"] == "form()":
+        expected = context["expected_tags"].replace("'", "").replace(", ", " or ")
+        return f"{value!r} is a {context['tag']}, but this key needs a {expected}"
     return first["msg"].removeprefix("Value error, ")
 
 

@@ -21,7 +21,7 @@ from modalprep.pipeline.schema.quantities import (
     InertiaPerLength,
     Length,
     MassPerLength,
-    three,
+    Three,
 )
 from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
 from modalprep.pipeline.schema.time import form
@@ -36,7 +36,7 @@ class FirstTable(HingeTable):
     """Keys that the first joint of a chain has instead of those of the others."""
 
     applies: ClassVar = ()  # the others may have what a key needs
-    type: JointType | None = None
+    type: JointType | None = None  # pyright: ignore[reportIncompatibleVariableOverride]  # of the others by default
 
 
 class ChainTable(Table):
@@ -45,7 +45,7 @@ class ChainTable(Table):
     segment: BodyTable = Field(description="one segment: a table as under [bodies]")
     count: int = Field(ge=1, le=100_000, description="number of segments")
     parent: str = Field("ground", description="parent of the first segment: 'ground' or 'body.interface'")
-    through: str = Field("tip", description="interface of a segment that carries the next one")
+    through: str = Field(default="tip", description="interface of a segment that carries the next one")
     joint: Joints = Field(
         description="between neighbours: a table as under [joints], without parent and child; a list is taken in turn, "
         "as hinges about z and y whose axes then alternate"
@@ -91,7 +91,7 @@ class BeamTable(Table):
     length: Length = Field(gt=0, description="m")
     segments: int = Field(ge=1, le=100_000, description="number of rigid rods")
     mass_per_length: MassPerLength = Field(gt=0, description="kg/m")
-    rotary_inertia: three(InertiaPerLength) = Field(
+    rotary_inertia: Three[InertiaPerLength] = Field(
         [0.0, 0.0, 0.0], description="of the cross-section about x, y, z, per length, kg m"
     )
     EI: Bending | Annotated[list[Bending], Field(min_length=2, max_length=2)] = Field(
@@ -132,7 +132,7 @@ class BeamTable(Table):
         """
         beam = self.beam().chain
         own = self.root.model_dump(exclude_unset=True)
-        clamp = _table(beam.first)
+        clamp = _table(beam.first) if beam.first else {}
         between = [HingeTable.model_validate(_table(joint)) for joint in beam.joint]
         return ChainTable(
             segment=_segment(self.beam()),

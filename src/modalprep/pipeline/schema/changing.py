@@ -19,9 +19,9 @@ from modalprep.pipeline.schema.quantities import (
     Mass,
     MassFlow,
     MassPerLength,
+    Three,
     Velocity,
     or_expression,
-    three,
 )
 from modalprep.pipeline.schema.system import Inertia
 from modalprep.pipeline.schema.time import TIME, PieceTable, Time
@@ -36,7 +36,7 @@ class LevelTable(Table):
     applies: ClassVar = (Rule(("centre", "inertia"), needs=("mass",), advice="it is that of a rigid body"),)
 
     mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
-    centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
+    centre: Three[Length] = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
     density_factor: float | None = Field(None, gt=0, description="factor on all densities of the body")
     file: FileName | None = Field(None, description="modal file with the modes of the body")
@@ -94,7 +94,7 @@ class DeploymentTable(Table):
     parent: str = Field("ground", description="the exit: 'ground' or an interface of a rigid body, 'body.interface'")
     axis: Vector = Field([1.0, 0.0, 0.0], description="direction of deployment, in the parent's frame")
     normal: Vector = Field([0.0, 0.0, 1.0], description="of the bending plane, in the parent's frame")
-    position: three(Length) = Field([0.0, 0.0, 0.0], description="of an exit in the ground, m")
+    position: Three[Length] = Field([0.0, 0.0, 0.0], description="of an exit in the ground, m")
     length: Length = Field(gt=0, description="total length, m")
     segments: int = Field(ge=1, le=100_000, description="number of rods of equal length")
     mass_per_length: MassPerLength = Field(gt=0, description="kg/m")
@@ -143,6 +143,6 @@ def read_events(tables: dict[str, EventTable]) -> tuple[Event, ...]:
     -1
     """
     return tuple(
-        Event(name=name, **table.model_dump() | {"direction": DIRECTIONS[table.direction]})
+        Event(name=name, direction=DIRECTIONS[table.direction], **table.model_dump(exclude={"direction"}))
         for name, table in tables.items()
     )

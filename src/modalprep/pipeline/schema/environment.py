@@ -17,13 +17,13 @@ from modalprep.pipeline.schema.quantities import (
     Length,
     MagneticField,
     PlanetConstant,
+    Three,
     Velocity,
     or_expression,
-    three,
 )
 from modalprep.pipeline.schema.time import form
 
-Three = Annotated[list[str | float], Field(min_length=3, max_length=3)]
+Laws = Annotated[list[str | float], Field(min_length=3, max_length=3)]
 
 
 class ControlTable(Table):
@@ -32,10 +32,10 @@ class ControlTable(Table):
     applies: ClassVar = (Rule(("axes",), needs=("force", "torque")),)
 
     at: str = Field(description="'body.interface', or a joint")
-    force: Annotated[Three | None, or_expression("N")] = Field(
+    force: Annotated[Laws | None, or_expression("N")] = Field(
         None, description="on the interface, N; expressions: '-2*arm.tip.velocity.x'"
     )
-    torque: Annotated[Three | None, or_expression("N m")] = Field(None, description="on the interface, N m")
+    torque: Annotated[Laws | None, or_expression("N m")] = Field(None, description="on the interface, N m")
     values: list[str | float] | None = Field(
         None, description="of a joint instead, N or N m, one for each of its speeds: '-3*hinge.angle - hinge.rate'"
     )
@@ -52,14 +52,14 @@ class CentralTable(Table):
     """Gravity of a planet, with its gradient over each body."""
 
     mu: PlanetConstant = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
-    centre: three(Length) = Field([0.0, 0.0, 0.0], description="m")
+    centre: Three[Length] = Field([0.0, 0.0, 0.0], description="m")
 
 
 class WaterTable(Table):
     """Water with a steady current; immersed bodies are listed in [immersed]."""
 
     density: Density = Field(1025.0, gt=0, description="kg/m^3")
-    current: three(Velocity) | list[three(Velocity)] = Field(
+    current: Three[Velocity] | list[Three[Velocity]] = Field(
         [0.0, 0.0, 0.0], description="m/s; or one for each of `depths`"
     )
     depths: Annotated[list[Length], Field(min_length=1)] = Field([0.0], description="m below the surface, increasing")
@@ -107,7 +107,7 @@ class EnvironmentTable(Table):
     """Loads on every body."""
 
     gravity: Annotated[
-        Annotated[three(Acceleration), Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)
-    ] = Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
-    orbit: OrbitTable | None = Field(None, description="the ground is the local frame of a circular orbit")
-    water: WaterTable | None = Field(None, description="that surrounds the bodies of [immersed]")
+        Annotated[Three[Acceleration], Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)
+    ] = Field(default=[0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
+    orbit: OrbitTable | None = Field(default=None, description="the ground is the local frame of a circular orbit")
+    water: WaterTable | None = Field(default=None, description="that surrounds the bodies of [immersed]")

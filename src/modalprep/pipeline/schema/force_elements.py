@@ -28,13 +28,14 @@ from modalprep.pipeline.schema.quantities import (
     AnyDamping,
     AnyStiffness,
     Damping,
+    Item,
     Length,
     Moment,
     RotationalDamping,
     RotationalStiffness,
     Stiffness,
+    Three,
     or_expression,
-    three,
 )
 from modalprep.pipeline.schema.reduction import RotationTable, rotation_matrix
 from modalprep.pipeline.schema.system import Constant
@@ -45,9 +46,7 @@ Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
 ENDS = "'body.interface' twice, or one and 'ground'"
 
 
-def six(kind: Any) -> Any:
-    """Return the type of six numbers, none of them negative."""
-    return Annotated[list[Annotated[kind, Field(ge=0)]], Field(min_length=6, max_length=6)]
+Six = Annotated[list[Annotated[Item, Field(ge=0)]], Field(min_length=6, max_length=6)]  # none of them negative
 
 
 class Scope(NamedTuple):
@@ -70,7 +69,7 @@ class ForceTable(Table):
 
     at: str | None = Field(None, description="'body.interface'")
     body: str | None = Field(None, description="instead: body over whose mesh points the force is distributed equally")
-    box: Annotated[list[three(Length)], Field(min_length=2, max_length=2)] | None = Field(
+    box: Annotated[list[Three[Length]], Field(min_length=2, max_length=2)] | None = Field(
         None, description="of `body`: only points between two opposite corners, body frame, m; default all"
     )
     force: Annotated[list[Time], Field(min_length=3, max_length=3), or_expression("N")] = Field(
@@ -92,26 +91,25 @@ class ForceTable(Table):
 
     def build(self, name: str, scope: Scope) -> list[Load]:
         """Return a force on an interface, or on the points of a body."""
-        if self.at is None:
-            return [self._distributed(name, scope)]
-        three = {
-            key: tuple(time_function(key, value, scope.folder) for value in getattr(self, key))
-            for key in ("force", "torque")
-        }
-        return [PointForce(name=name, at=self.at, axes=self.axes, **three)]
+        if self.body is not None:
+            return [self._distributed(name, self.body, scope)]
+        force, torque = (
+            [time_function(key, value, scope.folder) for value in getattr(self, key)] for key in ("force", "torque")
+        )
+        return [PointForce(name=name, at=self.at or "", axes=self.axes, force=force, torque=torque)]
 
-    def _distributed(self, name: str, scope: Scope) -> DistributedForce:
-        refuse_unknown(self.body, scope.bodies, "body")
-        points = scope.bodies[self.body].points
+    def _distributed(self, name: str, body: str, scope: Scope) -> DistributedForce:
+        refuse_unknown(body, scope.bodies, "body")
+        points = scope.bodies[body].points
         corners = np.sort(self.box, axis=0) if self.box is not None else np.array([[-np.inf] * 3, [np.inf] * 3])
         inside = np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
         if not np.any(inside):
             low = points.min(axis=0)
             high = points.max(axis=0)
-            raise InputError(f"no point of body {self.body!r} lies in the box; they lie between {low} and {high} m")
+            raise InputError(f"no point of body {body!r} lies in the box; they lie between {low} and {high} m")
         shared = np.where(inside[:, None], np.array(self.force) / inside.sum(), 0.0)
         factor = time_function("factor", self.factor, scope.folder)
-        return DistributedForce(name=name, body=self.body, force=shared, factor=factor, axes=self.axes)
+        return DistributedForce(name=name, body=body, force=shared, factor=factor, axes=self.axes)
 
 
 class AxialSpringTable(Table):
@@ -121,7 +119,7 @@ class AxialSpringTable(Table):
     stiffness: Stiffness = Field(0.0, ge=0, description="N/m")
     damping: Damping = Field(0.0, ge=0, description="N s/m")
     free_length: Length = Field(0.0, ge=0, description="m")
-    position: three(Length) = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
+    position: Three[Length] = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
     actuator_force: Annotated[Time | None, or_expression("N")] = Field(
         None, description="N, of an actuator that draws the ends together: " + TIME
     )
@@ -136,15 +134,15 @@ class BushingTable(Table):
     """Six springs and dampers between two frames, in the axes of the first."""
 
     between: Ends = Field(description=ENDS)
-    stiffness: six(AnyStiffness) = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
-    damping: six(AnyDamping) = Field([0.0] * 6, description="N s/m and N m s/rad")
-    free_position: three(Length) = Field(
+    stiffness: Six[AnyStiffness] = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
+    damping: Six[AnyDamping] = Field([0.0] * 6, description="N s/m and N m s/rad")
+    free_position: Three[Length] = Field(
         [0.0, 0.0, 0.0], description="second frame in the first without spring force, m"
     )
     free_rotation: RotationTable | None = Field(
         None, description="from its axes to those of the first, without spring torque"
     )
-    position: three(Length) = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
+    position: Three[Length] = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
     rotation: RotationTable | None = Field(None, description="of the frame on the ground")
 
     def build(self, name: str, scope: Scope) -> list[Load]:

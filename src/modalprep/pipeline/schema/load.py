@@ -68,7 +68,7 @@ class Loaded:
         InputError
             When one of them cannot be read.
         """
-        found = [self]
+        found: list[Loaded] = [self]
         todo = self.body_files
         while todo:
             path = todo.pop()

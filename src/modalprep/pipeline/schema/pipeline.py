@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from modalprep.applies import Rule
 from modalprep.formats.export import EXPORTS
 from modalprep.pipeline.schema.analysis import AnalysisTable, CollectTable, EnsembleTable, SensitivitiesTable
-from modalprep.pipeline.schema.base import ReferenceTable, Table
+from modalprep.pipeline.schema.base import OneOf, ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
@@ -96,10 +96,12 @@ class OutputTable(Table):
     """Outputs besides the modal file and the report."""
 
     pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
-        "kept", description="mode pictures: kept, none, or a number"
+        default="kept", description="mode pictures: kept, none, or a number"
     )
-    film: Literal["none", "gif", "webp", "mp4"] = Field("none", description="animation of the simulated system")
-    export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
+    film: Literal["none", "gif", "webp", "mp4"] = Field(default="none", description="animation of the simulated system")
+    export: list[Annotated[str, OneOf(EXPORTS)]] = Field(
+        default=[], description="formats of other programs, written beside the modal file"
+    )
 
 
 class PlotTable(Table):
@@ -203,8 +205,9 @@ class Pipeline(ForceElements):
     @field_validator(*NAMED, mode="before")
     @classmethod
     def _good_names(cls, tables: Any, info: ValidationInfo) -> Any:
+        kind = info.field_name or ""
         for name in tables if isinstance(tables, dict) else ():
-            refuse_name(name, NAMED[info.field_name], "./" if info.field_name in BODIES else "/")
+            refuse_name(name, NAMED[kind], "./" if kind in BODIES else "/")
         return tables
 
     @property

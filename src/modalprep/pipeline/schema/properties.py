@@ -13,7 +13,7 @@ from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Beam, Ply, Shell, Solid, Truss
 from modalprep.fe.properties.sections import beam_section
-from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.base import Table, Vector, triple
 from modalprep.pipeline.schema.quantities import (
     Angle,
     Area,
@@ -27,7 +27,7 @@ from modalprep.pipeline.schema.quantities import (
     SecondMoment,
     Stiffness,
     Stress,
-    three,
+    Three,
 )
 from modalprep.suggest import refuse_unknown
 
@@ -187,13 +187,17 @@ class BeamTable(Table):
     def build(self, materials: Materials) -> Beam:
         """Return the property in SI."""
         material = find_material(self.material, materials, (Material,))
-        more = {"offset": tuple(self.offset), "nsm": self.nsm, "shear_centre": tuple(self.shear_centre)}
+        more: dict[str, Any] = {
+            "offset": triple(self.offset),
+            "nsm": self.nsm,
+            "shear_centre": triple(self.shear_centre),
+        }
         more["taper"] = tuple(tuple(row) for row in self.taper)
         if self.section is not None:
             sizes = self.section.model_dump(exclude={"shape"}, exclude_none=True)
-            return beam_section(self.section.shape, material, up=tuple(self.up), theory=self.theory, **sizes, **more)
+            return beam_section(self.section.shape, material, up=triple(self.up), theory=self.theory, **sizes, **more)
         values = self.model_dump(include={"A", "Iy", "Iz", "J", "ky", "kz"}, exclude_none=True)
-        return Beam(material=material, up=tuple(self.up), theory=self.theory, **values, **more)
+        return Beam(material=material, up=triple(self.up), theory=self.theory, **values, **more)
 
 
 class TrussTable(Table):
@@ -249,7 +253,7 @@ class ShellTable(Table):
         kinds = (Material, Orthotropic)
         values = self.model_dump(include={"offset", "nsm", "angle", "membrane"})
         values["axis"] = None if self.axis is None else tuple(self.axis)
-        if not self.plies:
+        if self.material is not None and self.thickness is not None:
             return Shell(material=find_material(self.material, materials, kinds), thickness=self.thickness, **values)
         plies = [
             Ply(material=find_material(ply.material, materials, kinds), thickness=ply.thickness, angle=ply.angle)
@@ -269,7 +273,7 @@ class SolidTable(Table):
 
     def build(self, materials: Materials) -> Solid:
         """Return the property in SI."""
-        axes = None if self.axes is None else tuple(map(tuple, self.axes))
+        axes = None if self.axes is None else (triple(self.axes[0]), triple(self.axes[1]))
         kinds = (Material, Orthotropic3D, Anisotropic)
         return Solid(material=find_material(self.material, materials, kinds), axes=axes)
 
@@ -282,28 +286,29 @@ class MassTable(Table):
     inertia: Annotated[list[Inertia], Field(min_length=6, max_length=6)] = Field(
         [0.0] * 6, description="xx, yy, zz, xy, xz, yz of the inertia tensor about the mass centre, kg m^2"
     )
-    offset: three(Length) = Field([0.0, 0.0, 0.0], description="from the node to the mass centre, m")
+    offset: Three[Length] = Field([0.0, 0.0, 0.0], description="from the node to the mass centre, m")
 
     def build(self, materials: Materials) -> PointMass:
         """Return the property in SI."""
-        return PointMass(mass=self.mass, inertia=tuple(self.inertia), offset=tuple(self.offset))
+        xx, yy, zz, xy, xz, yz = self.inertia
+        return PointMass(mass=self.mass, inertia=(xx, yy, zz, xy, xz, yz), offset=triple(self.offset))
 
 
 class SpringTable(Table):
     """Springs of a group of lines (between two nodes) or of points (to the ground)."""
 
     type: Literal["spring"]
-    translation: three(Stiffness) = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
-    rotation: three(RotationalStiffness) = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
+    translation: Three[Stiffness] = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
+    rotation: Three[RotationalStiffness] = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
     up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
     location: float = Field(0.5, ge=0, le=1, description="of the elastic centre from the first node to the second")
 
     def build(self, materials: Materials) -> Spring:
         """Return the property in SI."""
         return Spring(
-            translation=tuple(self.translation),
-            rotation=tuple(self.rotation),
-            up=tuple(self.up),
+            translation=triple(self.translation),
+            rotation=triple(self.rotation),
+            up=triple(self.up),
             location=self.location,
         )
 

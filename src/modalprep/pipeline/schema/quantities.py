@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from fractions import Fraction
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeVar
 
+from annotated_types import GroupedMetadata
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 GRAVITY, INCH, POUND = 9.80665, 0.0254, 0.45359237
@@ -116,7 +118,7 @@ def parse_unit(text: str) -> Unit | None:
             continue
         found = FACTOR.fullmatch(part)
         name = found[1].replace("µ", "u") if found else ""
-        if name not in UNITS and name != "1":
+        if found is None or (name not in UNITS and name != "1"):
             return None
         own, dimension = UNITS.get(name, (Fraction(1), (0,) * 5))
         power = sign * int(found[2] or 1)
@@ -124,6 +126,14 @@ def parse_unit(text: str) -> Unit | None:
         factor *= own**power
         powers = [p + power * d for p, d in zip(powers, dimension, strict=True)]
     return Unit(float(factor), tuple(powers))
+
+
+def _unit(text: str) -> Unit:
+    """Return a unit that is known."""
+    unit = parse_unit(text)
+    if unit is None:
+        raise ValueError(f"{text!r} is no product of units")
+    return unit
 
 
 def in_si(text: str, units: tuple[str, ...]) -> float | None:
@@ -143,10 +153,10 @@ def in_si(text: str, units: tuple[str, ...]) -> float | None:
     """
     found = NUMBER.fullmatch(text) if len(text) < LONGEST else None
     unit = parse_unit(found[2]) if found and found[2] else None
-    if unit is None:
+    if found is None or unit is None:
         return None
     for wanted in units:
-        goal = parse_unit(wanted)
+        goal = _unit(wanted)
         silent = unit.powers[ANGLE] == 0 and "Hz" not in wanted
         if all(
             a == b or (k == ANGLE and silent) for k, (a, b) in enumerate(zip(unit.powers, goal.powers, strict=True))
@@ -159,25 +169,31 @@ def _advice(units: tuple[str, ...]) -> str:
     return f"write for example {EXAMPLES.get(units[0], f'{chr(39)}2 {units[0]}{chr(39)} or 2')}"
 
 
-def quantity(*units: str) -> Any:
-    """Return the type of a number in SI that may be text with a unit; `units` are the SI units it may have.
+class Quantity(GroupedMetadata):
+    """What reads a number in SI that may be text with a unit; `units` are the SI units it may have.
 
     Examples
     --------
     >>> from pydantic import TypeAdapter
-    >>> TypeAdapter(quantity("N/m")).validate_python("50 N/mm")
+    >>> TypeAdapter(Annotated[float, Quantity("N/m")]).validate_python("50 N/mm")
     50000.0
     """
 
-    def read(value: Any) -> Any:
+    def __init__(self, *units: str) -> None:
+        self.units = units
+
+    def __iter__(self) -> Iterator[object]:
+        """Yield what pydantic reads in an annotation."""
+        yield BeforeValidator(self._read)
+        yield TEXT_TOO
+
+    def _read(self, value: Any) -> Any:
         if not isinstance(value, str):
             return value
-        number = in_si(value, units)
+        number = in_si(value, self.units)
         if number is None:
-            raise ValueError(f"{value!r} is no number with a unit of {' or '.join(units)}; {_advice(units)}")
+            raise ValueError(f"{value!r} is no number with a unit of {' or '.join(self.units)}; {_advice(self.units)}")
         return number
-
-    return Annotated[float, BeforeValidator(read), TEXT_TOO]
 
 
 def with_gravity(text: str) -> str:
@@ -216,10 +232,10 @@ def level(value: float | str, unit: str, given: str | None) -> float:
 def _share(value: Any) -> Any:
     if not isinstance(value, str):
         return value
-    number = re.fullmatch(r"\s*([-+\d.eE]+)\s*(%?)\s*", value)
+    text = value.strip()
     try:
-        return float(number[1]) * (0.01 if number[2] else 1.0)
-    except (TypeError, ValueError):
+        return float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+    except ValueError:
         raise ValueError(f"{value!r} is no share; give a number such as 0.01, or '1%'") from None
 
 
@@ -261,44 +277,41 @@ def in_mesh_unit(value: Any, unit: str, key: str = "") -> Any:
     return value if metres is None else metres / float(UNITS[unit][0])
 
 
-def three(kind: Any) -> Any:
-    """Return the type of a list of three of a kind."""
-    return Annotated[list[kind], Field(min_length=3, max_length=3)]
-
-
-Length = quantity("m")
-Area = quantity("m^2")
-SecondMoment = quantity("m^4")
-Mass = quantity("kg")
-MassPerLength = quantity("kg/m")
-MassPerArea = quantity("kg/m^2")
-Inertia = quantity("kg m^2")
-InertiaPerLength = quantity("kg m")
-Density = quantity("kg/m^3")
-Stress = quantity("Pa")
-Force = quantity("N")
-Moment = quantity("N m")
-BendingStiffness = quantity("N m^2")
-Stiffness = quantity("N/m")
-RotationalStiffness = quantity("N m/rad")
-AnyStiffness = quantity("N/m", "N m/rad")
-Damping = quantity("N s/m")
-RotationalDamping = quantity("N m s/rad")
-AnyDamping = quantity("N s/m", "N m s/rad")
-Duration = quantity("s")
+Item = TypeVar("Item")
+Three = Annotated[list[Item], Field(min_length=3, max_length=3)]
+Length = Annotated[float, Quantity("m")]
+Area = Annotated[float, Quantity("m^2")]
+SecondMoment = Annotated[float, Quantity("m^4")]
+Mass = Annotated[float, Quantity("kg")]
+MassPerLength = Annotated[float, Quantity("kg/m")]
+MassPerArea = Annotated[float, Quantity("kg/m^2")]
+Inertia = Annotated[float, Quantity("kg m^2")]
+InertiaPerLength = Annotated[float, Quantity("kg m")]
+Density = Annotated[float, Quantity("kg/m^3")]
+Stress = Annotated[float, Quantity("Pa")]
+Force = Annotated[float, Quantity("N")]
+Moment = Annotated[float, Quantity("N m")]
+BendingStiffness = Annotated[float, Quantity("N m^2")]
+Stiffness = Annotated[float, Quantity("N/m")]
+RotationalStiffness = Annotated[float, Quantity("N m/rad")]
+AnyStiffness = Annotated[float, Quantity("N/m", "N m/rad")]
+Damping = Annotated[float, Quantity("N s/m")]
+RotationalDamping = Annotated[float, Quantity("N m s/rad")]
+AnyDamping = Annotated[float, Quantity("N s/m", "N m s/rad")]
+Duration = Annotated[float, Quantity("s")]
 Share = Annotated[float, BeforeValidator(_share), TEXT_TOO]
-Frequency = quantity("Hz")
-Angle = quantity("rad")
-AngularVelocity = quantity("rad/s")
-Velocity = quantity("m/s")
-AnyVelocity = quantity("m/s", "rad/s")
-Acceleration = quantity("m/s^2")
-Coordinate = quantity("rad", "m")
-MassFlow = quantity("kg/s")
-Curvature = quantity("1/m")
-PerTime = quantity("1/s")
-PlanetConstant = quantity("m^3/s^2")
-MagneticField = quantity("T")
-ForceOrMoment = quantity("N", "N m")
-Allowable = quantity("Pa", "N", "N m", "N/m", "m/s^2")
-ImpactDamping = quantity("s/m", "s/rad")
+Frequency = Annotated[float, Quantity("Hz")]
+Angle = Annotated[float, Quantity("rad")]
+AngularVelocity = Annotated[float, Quantity("rad/s")]
+Velocity = Annotated[float, Quantity("m/s")]
+AnyVelocity = Annotated[float, Quantity("m/s", "rad/s")]
+Acceleration = Annotated[float, Quantity("m/s^2")]
+Coordinate = Annotated[float, Quantity("rad", "m")]
+MassFlow = Annotated[float, Quantity("kg/s")]
+Curvature = Annotated[float, Quantity("1/m")]
+PerTime = Annotated[float, Quantity("1/s")]
+PlanetConstant = Annotated[float, Quantity("m^3/s^2")]
+MagneticField = Annotated[float, Quantity("T")]
+ForceOrMoment = Annotated[float, Quantity("N", "N m")]
+Allowable = Annotated[float, Quantity("Pa", "N", "N m", "N/m", "m/s^2")]
+ImpactDamping = Annotated[float, Quantity("s/m", "s/rad")]

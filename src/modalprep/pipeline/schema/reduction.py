@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
-from modalprep.pipeline.schema.base import BodyName, DeckName, Table, Vector
+from modalprep.pipeline.schema.base import BodyName, DeckName, OneOf, Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
 from modalprep.pipeline.schema.quantities import (
     Angle,
@@ -20,7 +20,7 @@ from modalprep.pipeline.schema.quantities import (
     PerTime,
     Share,
     Stress,
-    three,
+    Three,
 )
 from modalprep.reduction.selection import recoveries_named
 from modalprep.reduction.table import BODY, DIRECTIONS
@@ -71,36 +71,36 @@ class ReductionTable(Table):
     )
 
     method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
-        "craig_bampton",
+        default="craig_bampton",
         description="irs: Guyan with the interior's inertia; free_interface: modes of the floating body and residual "
         "attachment modes",
     )
-    modes: int = Field(20, ge=0, description="number of candidate modes; with target_error the initial number")
+    modes: int = Field(default=20, ge=0, description="number of candidate modes; with target_error the initial number")
     keep: str | list[int] = Field(
-        "all",
+        default="all",
         description="which to keep, e.g. 'effective_mass > 0.1% or 20 < frequency < 500 Hz', or mode numbers; "
         "values are frequency, effective_mass, cumulative, static, controllability, observability, recovery, "
         "recovery.NAME, mode",
     )
     up_to: Frequency | None = Field(
-        None, gt=0, description="Hz, below which the error against the full model is measured"
+        default=None, gt=0, description="Hz, below which the error against the full model is measured"
     )
     target_error: TargetError | None = Field(
-        None,
+        default=None,
         description="use as many modes as this relative error needs, below up_to; or a table with that of each "
         "recovery named, such as { struts = '1%' }, in which body is the error of the body itself",
     )
     truncation_vectors: list[str] = Field(
-        ["interfaces", "inertia"],
+        default=["interfaces", "inertia"],
         description="loads whose static response remains exact: interfaces (free ones), inertia, names of [loads]",
     )
     second_order_mass: bool | Literal["auto"] = Field(
-        "auto",
+        default="auto",
         description="T of the modal file, for bodies that bend under a steady load; auto: where it shifts frequencies "
         "by more than 5 % of what geometric stiffness does",
     )
-    damping: Damping = Field(0.0, description=DAMPING)
-    root: str | None = Field(None, description="the interface that carries the body frame")
+    damping: Damping = Field(default=0.0, description=DAMPING)
+    root: str | None = Field(default=None, description="the interface that carries the body frame")
 
     @model_validator(mode="after")
     def _target_has_a_band(self) -> ReductionTable:
@@ -134,9 +134,11 @@ BODY_FILE = "modal file, or a body that another program has reduced: .op4, .bdf/
 class SourceTable(Table):
     """How the numbers of a body's file are taken, and which interface carries its frame."""
 
-    length_unit: str = Field("m", description="of the file of another program: m, mm, cm, in, ft")
-    mass_unit: str | None = Field(None, description="of that file, with seconds: kg, g, t, lbm, slug, slinch")
-    root: str | None = Field(None, description="the interface that carries the body frame; default as in the file")
+    length_unit: str = Field(default="m", description="of the file of another program: m, mm, cm, in, ft")
+    mass_unit: str | None = Field(default=None, description="of that file, with seconds: kg, g, t, lbm, slug, slinch")
+    root: str | None = Field(
+        default=None, description="the interface that carries the body frame; default as in the file"
+    )
 
 
 class SuppliedTable(SourceTable):
@@ -155,8 +157,8 @@ class SuppliedTable(SourceTable):
 class LoadTable(NodesTable):
     """A load for truncation vectors and static participation, mesh axes; its magnitude does not matter."""
 
-    force: three(Force) = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
-    moment: three(Moment) = Field([0.0, 0.0, 0.0], description="total, N m")
+    force: Three[Force] = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
+    moment: Three[Moment] = Field([0.0, 0.0, 0.0], description="total, N m")
     pressure: Stress = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
 
     @model_validator(mode="after")
@@ -174,7 +176,7 @@ class WeldTable(Table):
     between: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
         description="'body.interface' twice, or one and 'ground'"
     )
-    free: list[Literal[DIRECTIONS]] = Field(
+    free: list[Annotated[str, OneOf(DIRECTIONS)]] = Field(
         [], description="directions left free, in the axes of the first body: ['rz'] is a hinge"
     )
 
@@ -210,13 +212,15 @@ def rotation_matrix(table: RotationTable | None) -> np.ndarray:
     """Return the rotation (3, 3) of a table, the identity without one."""
     if table is None:
         return np.eye(3)
-    return as_rotation(table.matrix or table.quaternion or (table.axis, table.angle), "rotation")
+    if table.axis is not None and table.angle is not None:
+        return as_rotation((table.axis, table.angle), "rotation")
+    return as_rotation(table.matrix or table.quaternion or np.eye(3), "rotation")
 
 
 class PlacementTable(Table):
     """Position and orientation of a body in the system."""
 
-    position: three(Length) = Field([0.0, 0.0, 0.0], description="of its frame, m")
+    position: Three[Length] = Field([0.0, 0.0, 0.0], description="of its frame, m")
     rotation: RotationTable | None = Field(None, description="from its axes to the system's")
 
 

@@ -23,9 +23,9 @@ from modalprep.pipeline.schema.quantities import (
     ImpactDamping,
     Length,
     Mass,
+    Three,
     Velocity,
     or_expression,
-    three,
 )
 from modalprep.pipeline.schema.reduction import BODY_FILE, RotationTable, SourceTable
 from modalprep.pipeline.schema.time import TIME, Time, form
@@ -54,17 +54,18 @@ class BodyTable(SourceTable):
         Rule(("length_unit", "mass_unit", "root"), needs=("file",), advice="it is that of a body with a file"),
     )
 
-    file: BodyName | None = Field(None, description=BODY_FILE)
+    file: BodyName | None = Field(default=None, description=BODY_FILE)
     pipeline: PipelineName | None = Field(
-        None, description="pipeline file, run if its modal file is missing or outdated"
+        default=None, description="pipeline file, run if its modal file is missing or outdated"
     )
-    mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
-    centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
+    mass: Mass | None = Field(default=None, gt=0, description="of a rigid body, kg")
+    centre: Three[Length] = Field(default=[0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field(
-        [0.0, 0.0, 0.0], description="of a rigid body about its centre of mass: xx, yy, zz (, xy, xz, yz), kg m^2"
+        default=[0.0, 0.0, 0.0],
+        description="of a rigid body about its centre of mass: xx, yy, zz (, xy, xz, yz), kg m^2",
     )
-    interfaces: Annotated[dict[str, three(Length)], Field(min_length=1)] = Field(
-        {"root": [0.0, 0.0, 0.0]}, description="of a rigid body, m; the first is its root"
+    interfaces: Annotated[dict[str, Three[Length]], Field(min_length=1)] = Field(
+        default={"root": [0.0, 0.0, 0.0]}, description="of a rigid body, m; the first is its root"
     )
 
     @model_validator(mode="after")
@@ -78,18 +79,20 @@ class StartTable(Table):
     """Initial values of a joint; lists for a joint with several rotations or translations."""
 
     angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=3)] = Field(
-        0.0, description="initial rotation"
+        default=0.0, description="initial rotation"
     )
     rate: AngularVelocity | Annotated[list[AngularVelocity], Field(min_length=2, max_length=3)] = Field(
-        0.0, description="rad/s"
+        default=0.0, description="rad/s"
     )
     displacement: Length | Annotated[list[Length], Field(min_length=2, max_length=2)] = Field(
-        0.0, description="initial translation, m"
+        default=0.0, description="initial translation, m"
     )
-    speed: Velocity | Annotated[list[Velocity], Field(min_length=2, max_length=2)] = Field(0.0, description="m/s")
-    velocity: three(Velocity) = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
-    angular_velocity: three(AngularVelocity) = Field(
-        [0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s"
+    speed: Velocity | Annotated[list[Velocity], Field(min_length=2, max_length=2)] = Field(
+        default=0.0, description="m/s"
+    )
+    velocity: Three[Velocity] = Field(default=[0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
+    angular_velocity: Three[AngularVelocity] = Field(
+        default=[0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s"
     )
 
 
@@ -128,30 +131,36 @@ class HingeTable(Table):
     applies: ClassVar = (Rule(("free_position",), needs=("stiffness",)),)
 
     type: JointType
-    axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint")
-    second_axis: Vector | None = Field(
-        None, description="of a universal joint or gimbal; first direction of translation of a planar one"
+    axis: Vector = Field(
+        default=[0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint"
     )
-    pitch: Length = Field(0.0, description="of a screw joint: travel along the axis for each turn, m; right-handed")
-    position: three(Length) = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
+    second_axis: Vector | None = Field(
+        default=None, description="of a universal joint or gimbal; first direction of translation of a planar one"
+    )
+    pitch: Length = Field(
+        default=0.0, description="of a screw joint: travel along the axis for each turn, m; right-handed"
+    )
+    position: Three[Length] = Field(
+        default=[0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m"
+    )
     rotation: RotationTable | None = None
     start: StartTable = StartTable()
-    keep_start: bool = Field(False, description="keep the start values where closed loops allow it")
+    keep_start: bool = Field(default=False, description="keep the start values where closed loops allow it")
     motion: Annotated[Time | list[Time] | None, or_expression("rad", "m")] = Field(
-        None, description="prescribed angle (rad) or displacement (m), " + TIME + EACH
+        default=None, description="prescribed angle (rad) or displacement (m), " + TIME + EACH
     )
-    stiffness: Springs | list[Springs] = Field(0.0, description="N/m or N m/rad" + EACH)
+    stiffness: Springs | list[Springs] = Field(default=0.0, description="N/m or N m/rad" + EACH)
     free_position: Coordinate | list[Coordinate] = Field(
-        0.0, description="free length (m) or free angle (rad) of the spring" + EACH
+        default=0.0, description="free length (m) or free angle (rad) of the spring" + EACH
     )
-    damping: Dampers | list[Dampers] = Field(0.0, description="N s/m or N m s/rad" + EACH)
-    friction: Friction | list[Friction] = Field(0.0, description="Coulomb force or torque, or a table" + EACH)
-    limits: LimitsTable | list[LimitsTable | None] | None = Field(None, description="of the coordinate" + EACH)
+    damping: Dampers | list[Dampers] = Field(default=0.0, description="N s/m or N m s/rad" + EACH)
+    friction: Friction | list[Friction] = Field(default=0.0, description="Coulomb force or torque, or a table" + EACH)
+    limits: LimitsTable | list[LimitsTable | None] | None = Field(default=None, description="of the coordinate" + EACH)
     force: Annotated[Time | list[Time] | None, or_expression("N")] = Field(
-        None, description="of an actuator in the translations, N: " + TIME
+        default=None, description="of an actuator in the translations, N: " + TIME
     )
     torque: Annotated[Time | list[Time] | None, or_expression("N m")] = Field(
-        None, description="of an actuator in the rotations, N m: " + TIME
+        default=None, description="of an actuator in the rotations, N m: " + TIME
     )
 
 
@@ -179,7 +188,7 @@ class ClosureTable(Table):
     b: str = Field("ground", description=END)
     axis: Vector = Field([0.0, 0.0, 1.0], description="of the joint, line or plane, in a's axes")
     second_axis: Vector | None = Field(None, description="of a universal joint, fixed in b, in a's axes at zero")
-    position: three(Length) = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
+    position: Three[Length] = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
     rotation: RotationTable | None = Field(None, description="b's axes to a's axes at zero angle")
     length: Time | None = Field(None, description="of a distance, m; default as at the start: " + TIME)
     path: Annotated[list[Time], Field(min_length=3, max_length=3)] | None = Field(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, overload
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -105,7 +105,7 @@ class CurveTable(Table):
         if self.file is not None:
             frequency, values = points_of_file(folder / self.file, (("Hz",), None if self.unit else (units,)))
         else:
-            frequency, values = self.frequency, self.values
+            frequency, values = self.frequency or [], self.values or []
         levels = [x if _is_slope(x) else level(x, units, self.unit) for x in values]
         if any(isinstance(x, str) for x in levels):
             return Spectrum.with_slopes(list(frequency), levels)
@@ -125,6 +125,10 @@ Curve = Annotated[
 TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points { t, values } or { file }"
 
 
+@overload
+def time_function(key: str, value: Time, folder: Path) -> TimeFunction: ...
+@overload
+def time_function(key: str, value: None, folder: Path) -> None: ...
 def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | None:
     """Return the function of time that a key of a pipeline file has; its files are relative to `folder`.
 

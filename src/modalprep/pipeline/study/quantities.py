@@ -92,7 +92,7 @@ def _of_body(body: FlexibleBody) -> Stated:
 def _of_margins(margins: Mapping[str, float]) -> Stated:
     known = {name: margin for name, margin in margins.items() if math.isfinite(margin)}
     if known:
-        worst = min(known, key=known.get)
+        worst = min(known, key=known.__getitem__)
         yield "margin", known[worst]
         yield "margin_of", worst
 
@@ -196,7 +196,7 @@ def _of_verdict(outcome: Outcome) -> Stated:
     yield "warnings", len(verdict.warnings)
 
 
-def _numbered(name: str, values: Sequence[Any]) -> Stated:
+def _numbered(name: str, values: Sequence[Any] | np.ndarray) -> Stated:
     for k, value in enumerate(values[:LOWEST], start=1):
         yield name.format(k), value
 

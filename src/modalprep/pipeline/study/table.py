@@ -83,8 +83,8 @@ def _in_one_unit(name: str, cells: list[Cell]) -> tuple[str, list[Cell]]:
     (('E_GPa', [70.0, None, 210.0]), ('t', ['2 mm', '1 in']))
     """
     found = [WITH_UNIT.fullmatch(cell) if isinstance(cell, str) else None for cell in cells]
-    units = {match and match[2] for match, cell in zip(found, cells, strict=True) if cell is not None}
-    if len(units) != 1 or None in units:
+    units = {match[2] if match else "" for match, cell in zip(found, cells, strict=True) if cell is not None}
+    if len(units) != 1 or "" in units:
         return name, cells
     return with_unit(name, units.pop()), [match and float(match[1]) for match in found]
 

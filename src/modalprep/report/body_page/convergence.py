@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from modalprep.reduction.recoveries.convergence import Convergence
 from modalprep.report.body_page.section import Section, chart, paragraph
@@ -96,7 +97,7 @@ def convergence_plot(found: Convergence, path: Path) -> Path:
         axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=named(label), **style)
     axes.set_yscale("log")
     axes.set_xlim(-0.02 * found.count[-1], 1.02 * found.count[-1])
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=True))
     axes.set_xlabel("kept modes, in ascending order of frequency")
     axes.set_ylabel("error of peaks and RMS, % of the largest")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9.5)

@@ -5,16 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from modalprep.report.body_page.box import verdict_box
 from modalprep.report.body_page.section import Section
 from modalprep.report.body_page.sign_off import sign_off
+from modalprep.report.body_page.table import part, texts
 from modalprep.verdicts.verdict import Verdict
 
 
@@ -61,8 +59,9 @@ def framed(
     styles: Sequence[str] = (),
 ) -> str:
     """Return a page with a box at the top; further scripts and styles are files of `modalprep.report`."""
-    style = [_file(file) for file in ("page.css", "body_page/paper.css", *styles)]
-    return _template().render(
+    return part(
+        "page.html",
+        ".",
         name=name,
         kind=kind,
         lead=lead,
@@ -70,22 +69,12 @@ def framed(
         box=box,
         sections=sections,
         data=data or {},
-        style=Markup("".join(style) + _margins(f"{name}: {kind}", date)),
-        script=Markup("".join(_file(file) for file in ("page.js", *scripts))),
+        style=texts("page.css", "body_page/paper.css", *styles) + _margins(f"{name}: {kind}", date),
+        script=texts("page.js", *scripts),
     )
 
 
-@cache
-def _template() -> Template:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(_file("page.html"))
-
-
-def _margins(head: str, date: str) -> str:
+def _margins(head: str, date: str) -> Markup:
     """Return the header and the footer of the sheets; every sign of a name but letters and digits is escaped."""
     text = re.sub(r"[^A-Za-z0-9]", lambda sign: f"\\{ord(sign[0]):x} ", head)
-    return f"@page {{ @top-left {{ content: '{text}'; }} @bottom-left {{ content: '{date}'; }} }}\n"
-
-
-def _file(name: str) -> str:
-    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")
+    return Markup(f"@page {{ @top-left {{ content: '{text}'; }} @bottom-left {{ content: '{date}'; }} }}\n")

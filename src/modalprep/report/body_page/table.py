@@ -8,6 +8,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.resources import files
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -161,16 +162,21 @@ def data_address(data: bytes, kind: str) -> str:
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
-def part(name: str, folder: str = "body_page", **values: Any) -> Markup:
+def part(file: str, folder: str = "body_page", /, **values: Any) -> Markup:
     """Return a template from a folder of the reports, filled in; every text is escaped."""
-    return Markup(_templates(folder).get_template(name).render(**values))
+    return Markup(_templates().get_template(f"{folder}/{file}").render(**values))
+
+
+def texts(*names: str) -> Markup:
+    """Return files of the reports, such as styles and scripts, one after the other."""
+    return Markup("".join(files("modalprep.report").joinpath(name).read_text(encoding="utf-8") for name in names))
 
 
 @cache
-def _templates(folder: str) -> Environment:
+def _templates() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    loader = PackageLoader("modalprep.report", folder)
+    loader = PackageLoader("modalprep.report", ".")
     found = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     found.filters |= {"engineering": raised, "cell": written}
     return found

@@ -8,13 +8,15 @@ package is imported before those parts of matplotlib.
 import sys
 import warnings
 from importlib import import_module
+from types import ModuleType
 
 if "modalprep.cli" in sys.modules and "matplotlib.artist" not in sys.modules:
     from matplotlib import artist
 
     artist.kwdoc = lambda _: ""
-    artist.Artist._update_set_signature_and_docstring = classmethod(lambda _: None)
+    setattr(artist.Artist, "_update_set_signature_and_docstring", classmethod(lambda _: None))  # noqa: B010
     with warnings.catch_warnings(action="ignore"):  # that there are none in three dimensions
-        sys.modules["mpl_toolkits.mplot3d"] = None
+        modules: dict[str, ModuleType | None] = sys.modules  # pyright: ignore[reportAssignmentType]  # None: no such
+        modules["mpl_toolkits.mplot3d"] = None
         import_module("matplotlib.projections")
     del sys.modules["mpl_toolkits.mplot3d"]

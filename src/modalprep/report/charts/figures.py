@@ -76,7 +76,7 @@ def _drawn(figure: Figure) -> Image.Image:
     index = np.full(pixels.shape, COLOURS - 1, np.uint8)
     index.ravel()[marked] = np.asarray(row)[0]
     picture = Image.fromarray(index)
-    colours = row.getpalette()[: 3 * (COLOURS - 1)]
+    colours = (row.getpalette() or [])[: 3 * (COLOURS - 1)]
     picture.putpalette(colours + [255] * (3 * COLOURS - len(colours)))
     return picture
 

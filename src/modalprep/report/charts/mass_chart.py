@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 from matplotlib.patches import Patch
@@ -40,6 +41,13 @@ def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
     return save_figure(figure, path)
 
 
+class Style(TypedDict):
+    """Colour and hatching of a vector."""
+
+    facecolor: str
+    hatch: str
+
+
 def draw_effective_mass(axes: Axes, table: ModeTable) -> None:
     """Draw the chart of `effective_mass_plot` into axes: the largest vectors in colours, all others in grey."""
     share = np.where(table.kept[:, None], 100 * np.nan_to_num(table.fraction), 0.0)
@@ -47,14 +55,15 @@ def draw_effective_mass(axes: Axes, table: ModeTable) -> None:
     left = np.zeros(6)
     key = []
     for rank, k in enumerate(named):
-        style = {"facecolor": COLOURS[rank % len(COLOURS)], "hatch": HATCHES[rank // len(COLOURS)]}
+        style: Style = {"facecolor": COLOURS[rank % len(COLOURS)], "hatch": HATCHES[rank // len(COLOURS)]}
         _stack(axes, share[k], left, style, (f"{k + 1}: {_words(table, k)}", f"{k + 1}"))
-        key.append(Patch(**style, edgecolor="white", label=f"row {k + 1}: {_words(table, k)}"))
+        label = f"row {k + 1}: {_words(table, k)}"
+        key.append(Patch(facecolor=style["facecolor"], hatch=style["hatch"], edgecolor="white", label=label))
         left += share[k]
     rest = np.delete(share, named, axis=0)
     if rest.any():
         count = int(np.any(rest > 0, axis=1).sum())
-        _stack(axes, rest.sum(axis=0), left, {"facecolor": OTHERS}, (f"{count} others", ""))
+        _stack(axes, rest.sum(axis=0), left, {"facecolor": OTHERS, "hatch": ""}, (f"{count} others", ""))
         key.append(Patch(facecolor=OTHERS, label=f"{count} others, each below {np.ceil(10 * rest.max()) / 10:g} %"))
         left += rest.sum(axis=0)
     _frame(axes, left, table.total)
@@ -73,12 +82,12 @@ def _words(table: ModeTable, k: int) -> str:
     return f"{number(table.frequency[k])} Hz" if np.isfinite(table.frequency[k]) else table.kind[k]
 
 
-def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, style: dict[str, str], words: tuple[str, ...]) -> None:
+def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, style: Style, words: tuple[str, ...]) -> None:
     """Add one vector's piece to the six bars, with the first of the words that has room."""
-    places = np.flatnonzero(share)
+    places = np.flatnonzero(share).tolist()
     axes.barh(places, share[places], left=left[places], height=0.72, edgecolor="white", linewidth=0.6, **style)
     dark = style["facecolor"] in ("#0072B2", "#009E73", "#D55E00")
-    box = {"facecolor": style["facecolor"], "edgecolor": "none", "pad": 1.0} if style.get("hatch") else None
+    box = {"facecolor": style["facecolor"], "edgecolor": "none", "pad": 1.0} if style["hatch"] else None
     for place in places:
         text = next((word for word in words if share[place] > LETTER * len(word) + 0.8), "")
         middle = left[place] + share[place] / 2

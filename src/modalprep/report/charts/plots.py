@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -135,7 +135,8 @@ def _frame(curves: list, points: list[Mapping[str, Any]]) -> tuple[float, float]
     known, out = _finite(values), _finite(leaving)
     if not known.size:
         return 0.0, 1.0
-    return _limits(values, (EXIT if (out < known.min()).any() else ROOM, EXIT if (out > known.max()).any() else ROOM))
+    margins = EXIT if (out < known.min()).any() else ROOM, EXIT if (out > known.max()).any() else ROOM
+    return _limits(values, margins) or (0.0, 1.0)
 
 
 def _limits(values: Sequence[np.ndarray], margin: float | tuple[float, float]) -> tuple[float, float] | None:
@@ -269,7 +270,7 @@ def _axis_scale(values: Sequence[np.ndarray]) -> str:
     return "log" if known.size and known.min() > 0 and known.max() >= 100 * known.min() else "linear"
 
 
-def plain_axes(axes: Axes, grid: str) -> None:
+def plain_axes(axes: Axes, grid: Literal["x", "y", "both"]) -> None:
     """Remove the top and right spines, draw the others in grey under the curves; `grid` is x, y or both."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(GREY)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import base64
 import tempfile
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined
-from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.correlation.pairing import Correlation
+from modalprep.report.body_page.table import data_address, part, texts
 from modalprep.report.correlation.pairs import mac_plot, unpaired, worst_components
 from modalprep.report.scene.record import Scene
 from modalprep.report.tables import hertz
@@ -52,9 +49,11 @@ def write_pairs_page(found: Correlation, drawn: Scene | None, path: str | Path) 
     scene, problem = drawable(drawn) if drawn is not None else (None, "")
     if scene and drawn is not None:
         scene["notes"] = [*scene["notes"], *drawn.notes]
-    text = _template().render(
-        style=Markup(_part("page.css") + _part("correlation/pairs.css")),
-        script=Markup(_part("viewer.js")),
+    text = part(
+        "pairs.html",
+        "correlation",
+        style=texts("page.css", "correlation/pairs.css"),
+        script=texts("viewer.js"),
         found=found,
         columns=COLUMNS,
         rows=[_cells(k, row) for k, row in enumerate(found.rows(), start=1)],
@@ -75,16 +74,7 @@ def _picture(found: Correlation) -> str:
     """Return the chart of the MAC as a data address."""
     with tempfile.TemporaryDirectory() as folder:
         data = mac_plot(found, Path(folder) / "mac.png").read_bytes()
-    return f"data:image/png;base64,{base64.b64encode(data).decode()}"
-
-
-def _template():
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(_part("correlation/pairs.html"))
-
-
-def _part(name: str) -> str:
-    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")
+    return data_address(data, "image/png")
 
 
 def _cells(k: int, row: dict[str, Any]) -> list[str]:

@@ -152,7 +152,7 @@ def _labels(axes: Axes, ends: dict[int, tuple[float, float]]) -> None:
         placed.append(at)
         axes.annotate(
             str(mode + 1),
-            at,
+            (at[0], at[1]),
             xytext=(7, 0),
             xycoords="axes fraction",
             textcoords="offset points",

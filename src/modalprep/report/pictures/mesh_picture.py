@@ -71,9 +71,9 @@ def render_findings(
 
 
 def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Scene:
-    finite = np.isfinite(points).all(axis=1)
-    whole = {kind: conn[finite[conn].all(axis=1)] for kind, conn in cells.items() if kind != "vertex"}
-    cells = {kind: conn for kind, conn in whole.items() if len(conn)}
+    finite = np.asarray(np.isfinite(points).all(axis=1))
+    known = {kind: conn[finite[conn].all(axis=1)] for kind, conn in cells.items() if kind != "vertex"}
+    cells = {kind: conn for kind, conn in known.items() if len(conn)}
     return Scene(name=name, points=np.where(finite[:, None], points, 0.0), cells=cells)
 
 

@@ -8,6 +8,7 @@ import sys
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -97,14 +98,14 @@ def refuse_drawing() -> None:
         raise RenderError(problem)
 
 
-def is_untried() -> bool:
-    """Whether nobody knows yet if this machine draws, where pyvista is installed."""
+def is_untested() -> bool:
+    """Whether pyvista is installed and no test of drawing has run or started in this process."""
     return not (_trusted or _started or drawing_problem.cache_info().currsize or missing("pyvista", PICTURE))
 
 
 def try_ahead() -> None:
     """Start the test of `drawing_problem` beside other work."""
-    if is_untried():
+    if is_untested():
         with suppress(OSError):
             _started[EGL] = _start(EGL)
 
@@ -121,8 +122,11 @@ _trusted: list[bool] = []  # empty before `trust`
 
 def _start(window: str | None) -> subprocess.Popen:
     """Start a subprocess that draws a sphere with this kind of window."""
-    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    return subprocess.Popen([sys.executable, "-c", PROBE], env=environment(window), text=True, **pipes)
+    none = subprocess.DEVNULL
+    command = [sys.executable, "-c", PROBE]
+    return subprocess.Popen(
+        command, env=environment(window), text=True, stdin=none, stdout=none, stderr=subprocess.PIPE
+    )
 
 
 def environment(window: str | None) -> dict[str, str]:
@@ -307,11 +311,11 @@ def framed_plotter(
     return plotter
 
 
-def empty_plotter(size: tuple[int, int], *, off_screen: bool = True):
+def empty_plotter(size: tuple[int, int], *, off_screen: bool = True) -> Any:
     """Return a plotter whose pictures are white and have smooth edges, by as many samples as the machine can take."""
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
+    plotter: Any = pyvista.Plotter(off_screen=off_screen, window_size=list(size))  # whose methods have untyped wrappers
     plotter.set_background("white")
     plotter.enable_anti_aliasing("msaa", multi_samples=SAMPLES)
     return plotter

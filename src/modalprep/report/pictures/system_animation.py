@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -152,7 +151,7 @@ def render_motion(
         return save_image(_strip(_scene(system, result, positions, style), size), path)
     scene = _scene(system, result, positions, style.with_(follow=""))
     picture = _picture(scene, size)
-    faint: Sequence[float] = np.linspace(FAINT, 0.5, max(1, len(scene.rows) - 1))
+    faint = np.linspace(FAINT, 0.5, max(1, len(scene.rows) - 1))
     for number, k in enumerate(scene.rows[:-1]):
         picture.place(k, opacity=float(faint[number]), ghost=f" at {number}")
     picture.place(scene.rows[-1], since=scene.rows[0])

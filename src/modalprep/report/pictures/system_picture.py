@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pyvista
 
@@ -30,7 +32,7 @@ class SystemPicture:
 
     def __init__(self, scene: SystemScene, size: tuple[int, int], *, off_screen: bool = True) -> None:
         self.scene = scene
-        self.plotter = empty_plotter(size, off_screen=off_screen)
+        self.plotter: Any = empty_plotter(size, off_screen=off_screen)
         seen = scene.seen()
         look(self.plotter, seen, *viewpoint(seen, scene.system.gravity))
         camera = self.plotter.camera

@@ -170,7 +170,8 @@ def simplified(points: np.ndarray, skin: Skin, limit: int) -> Skin:
         place = np.floor((points - points.min(axis=0)) / box).astype(int)
         _, first, group = np.unique(place, axis=0, return_index=True, return_inverse=True)
         node = first[group.ravel()]
-        small = Skin(*(_distinct(node[part]) for part in (skin.triangles, skin.edges, skin.outline)), skin.lines)
+        triangles, edges, outline = (_distinct(node[part]) for part in (skin.triangles, skin.edges, skin.outline))
+        small = Skin(triangles, edges, outline, skin.lines)
         box *= 1.25
     return small
 

@@ -133,9 +133,9 @@ def lines_between(system: System, result: Result) -> Iterator[tuple[str, tuple[n
     ]
     found += [(load, load.between) for load in system.loads if isinstance(load, AxialSpring)]
     for element, ends in found:
-        places = [_place(result, element, end) for end in ends]
-        if all(place is not None for place in places):
-            yield element.name, (places[0], places[1])
+        first, second = (_place(result, element, end) for end in ends)
+        if first is not None and second is not None:
+            yield element.name, (first, second)
 
 
 def _root(system: System, joint: Joint) -> str:

@@ -57,7 +57,8 @@ class SystemScene:
         self.rows = np.unique(np.linspace(0, last_shown(self.bodies, self.bends), frames).round().astype(int))
         amounts = [self._amount(name, k) for name in self.bends for k in self.rows]
         lowest, largest = colour_range([amount for amount in amounts if amount is not None], coloured)
-        self.factor, self.unit = prefixed(self.recovered.unit if coloured else "m", max(abs(lowest), largest))
+        unit = self.recovered.unit if self.recovered else "m"
+        self.factor, self.unit = prefixed(unit, max(abs(lowest), largest))
         self.lowest, self.largest = self.factor * lowest, self.factor * largest
         self.clock = clock(float(result.time[self.rows[-1]]))
         self.lines = dict(lines_between(self.system, result))

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
@@ -15,6 +11,7 @@ from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.body_page.modes import mode_tables
+from modalprep.report.body_page.table import part, texts
 from modalprep.report.scene.record import Scene
 from modalprep.report.viewer.run import run_data
 from modalprep.report.viewer.still import ViewerData, scene_data
@@ -123,26 +120,16 @@ def _speeds(span: float) -> list[tuple[float, str]]:
 
 def _write(path: str | Path, name: str, about: str, scene: ViewerData, **values: Any) -> Path:
     given = {"table": "", "notes": (), "speeds": (), "plain": scene.get("plain", False), **values}
-    text = _template().render(
+    text = part(
+        "view.html",
+        "view",
         name=name,
         about=about,
         scene=scene,
-        style=Markup(_part("page.css") + _part("view/view.css")),
-        script=Markup(_part("viewer.js")),
+        style=texts("page.css", "view/view.css"),
+        script=texts("viewer.js"),
         **given,
     )
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
-
-
-def _template():
-    loader = PackageLoader("modalprep.report", "view")
-    environment = Environment(
-        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return environment.get_template("view.html")
-
-
-def _part(name: str) -> str:
-    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")

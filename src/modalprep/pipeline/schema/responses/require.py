@@ -58,7 +58,7 @@ class CentreTable(Table):
 class FrequencyTable(Table):
     """Bounds of the first elastic mode, and of the lowest with 10 % of the effective mass in a direction."""
 
-    first: FrequencyBounds | None = Field(None, description="of all elastic modes, with the root clamped")
+    first: FrequencyBounds | None = Field(default=None, description="of all elastic modes, with the root clamped")
     x: FrequencyBounds | None = None
     y: FrequencyBounds | None = None
     z: FrequencyBounds | None = None
@@ -70,15 +70,20 @@ class FrequencyTable(Table):
 class RequireTable(Table):
     """Requirements; each is a row of the report with its value, its limit and the verdict."""
 
-    mass: MassBounds | None = Field(None, description="of the body")
-    centre_of_mass: CentreTable = Field(CentreTable(), description="in the frame of the body")
-    frequency: FrequencyTable = Field(FrequencyTable(), description="first, or by direction: x, y, z, rx, ry, rz")
-    effective_mass: Share | None = Field(
-        None, gt=0, le=1, description="least share of the mass that the modes of the body have in x, in y and in z"
+    mass: MassBounds | None = Field(default=None, description="of the body")
+    centre_of_mass: CentreTable = Field(default=CentreTable(), description="in the frame of the body")
+    frequency: FrequencyTable = Field(
+        default=FrequencyTable(), description="first, or by direction: x, y, z, rx, ry, rz"
     )
-    margin: float | None = Field(None, description="least margin of all allowables, 0 by default")
+    effective_mass: Share | None = Field(
+        default=None,
+        gt=0,
+        le=1,
+        description="least share of the mass that the modes of the body have in x, in y and in z",
+    )
+    margin: float | None = Field(default=None, description="least margin of all allowables, 0 by default")
     error: Share | None = Field(
-        None, gt=0, description="largest error against the full model, which reduction.up_to measures"
+        default=None, gt=0, description="largest error against the full model, which reduction.up_to measures"
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -52,7 +52,8 @@ class Driven(Table):
 
     def _given(self) -> list[tuple[str, str, Any]]:
         """Return name, unit and value of each input."""
-        tables = {"base": self.base} | self.forces
+        own = vars(self)  # inputs over frequency, or over time
+        tables = {"base": own["base"]} | own["forces"]
         return [
             (f"{place}.{d}", self.units[number > 0][k > 2], getattr(table, d))
             for number, (place, table) in enumerate(tables.items())
@@ -117,6 +118,8 @@ class HarmonicTable(Limited):
         """Frequencies, Hz."""
         if self.frequency:
             return np.array(self.frequency)
+        assert self.lowest is not None  # by the check of the table
+        assert self.highest is not None
         space = np.linspace if self.spacing == "linear" else np.geomspace
         return space(self.lowest, self.highest, self.points)
 
@@ -124,7 +127,7 @@ class HarmonicTable(Limited):
 def _refuse_range(lowest: float | None, highest: float | None, otherwise: bool) -> None:
     if (lowest is None) != (highest is None) or (lowest is None) != otherwise:
         raise ValueError("a harmonic response needs 'lowest' and 'highest', or 'frequency'")
-    if lowest is not None and not lowest < highest:
+    if lowest is not None and highest is not None and not lowest < highest:
         raise ValueError(f"lowest = {lowest:g} Hz must be below highest = {highest:g} Hz")
 
 
@@ -161,7 +164,7 @@ class RandomTable(Limited):
     @property
     def band(self) -> tuple[float, float] | None:
         """Lowest and highest frequency, Hz."""
-        return None if self.lowest is None else (self.lowest, self.highest)
+        return None if self.lowest is None or self.highest is None else (self.lowest, self.highest)
 
     def correlated(self) -> str | np.ndarray:
         """Return the correlation of the inputs as `random_response` takes it."""
@@ -201,7 +204,7 @@ class SweepTable(OverFrequency):
         """The rate as `sweep_response` takes it."""
         number, _, unit = self.rate.partition(" ")
         try:
-            return float(number), unit.strip()
+            return float(number), cast(Literal["oct/min", "Hz/s"], unit.strip())  # `Sweep` refuses others
         except ValueError:
             raise ValueError(f"rate = {self.rate!r} is none; write for example '2 oct/min' or '0.5 Hz/s'") from None
 
@@ -218,14 +221,16 @@ class HistoryTable(Table):
     def _one_way(self) -> HistoryTable:
         if (self.file is None) == (self.t is None) or (self.t is None) != (self.values is None):
             raise ValueError("an input over time needs both 't' and 'values', or 'file'")
-        if self.t is not None and len(self.t) != len(self.values):
+        if self.t is not None and self.values is not None and len(self.t) != len(self.values):
             raise ValueError(f"t has {len(self.t)} values and values {len(self.values)}; give as many of each")
         return self
 
     def history(self, unit: str, folder: Path) -> History:
         """Return the history in SI; a file is relative to `folder`."""
         units = (("s",), None if self.unit else (unit,))
-        t, values = points_of_file(folder / self.file, units) if self.file is not None else (self.t, self.values)
+        t, values = (
+            (self.t or [], self.values or []) if self.file is None else points_of_file(folder / self.file, units)
+        )
         return History(time=np.array(t), value=np.array([level(x, unit, self.unit) for x in values]))
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from modalprep.applies import Rule
-from modalprep.pipeline.schema.base import Table
+from modalprep.pipeline.schema.base import OneOf, Table
 from modalprep.pipeline.schema.quantities import Allowable, Duration, Frequency, Mass
 from modalprep.pipeline.schema.time import Curve, Level
 from modalprep.response.fatigue import METHODS
@@ -86,8 +86,8 @@ class ShockTable(OfChannels):
     highest: Frequency = Field(gt=0, description="of the oscillators, Hz")
     points: Annotated[int, Field(ge=2, le=10_000)] = 100
     Q: Annotated[float, Field(gt=0.5)] = Field(10.0, description="amplification, 1 / (2 damping ratio)")
-    kind: Literal[*KINDS] = Field("absolute_acceleration", description="of the oscillators")
-    start: Literal[*STARTS] = Field("rest", description="steady: the first value has acted for ever")
+    kind: Annotated[str, OneOf(KINDS)] = Field("absolute_acceleration", description="of the oscillators")
+    start: Annotated[str, OneOf(STARTS)] = Field("rest", description="steady: the first value has acted for ever")
 
     @model_validator(mode="after")
     def _ascends(self) -> ShockTable:
@@ -120,7 +120,7 @@ class FatigueTable(OfChannels):
     )
     repeats: Positive = Field(1.0, description="how often the history happens")
     duration: Annotated[Duration, Field(gt=0)] | None = Field(None, description="s, of a random response")
-    method: Literal[*METHODS] = Field("dirlik", description="of a random response")
+    method: Annotated[str, OneOf(METHODS)] = Field("dirlik", description="of a random response")
 
     def unmet(self, kinds: Mapping[str, str], run: object) -> str:
         """Return why the channels cannot be there, or what a random response lacks."""
