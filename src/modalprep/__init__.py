@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from modalprep.lazy import lazy
 
+__version__ = "0.1.0"
+
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
     from modalprep import body as body
@@ -68,39 +70,5 @@ if TYPE_CHECKING:
     from modalprep.reduction.craig_bampton import guyan as guyan
     from modalprep.verdicts.verdict import Requirement as Requirement
     from modalprep.verdicts.verdict import Verdict as Verdict
-
-__version__ = "0.1.0"
-
-_NAMES = {
-    "fe.readers.read": "read_mesh",
-    "fe.generation.generate": "make_mesh",
-    "fe.quality.quality": "check_mesh",
-    "fe.properties.materials": "Material",
-    "fe.properties.properties": "Beam Truss Shell Solid",
-    "fe.properties.points": "PointMass Spring",
-    "fe.links.interface": "Interface Connection",
-    "fe.links.support": "Support",
-    "fe.assembly.assemble": "assemble",
-    "reduction.craig_bampton": "craig_bampton guyan",
-    "body.build": "flexible_body",
-    "body.rigid": "rigid_body",
-    "body.checks": "check_body",
-    "formats.modalfile": "write_body read_body",
-    "multibody.model.system": "System",
-    "multibody.model.joint": "Joint",
-    "multibody.model.loads": "PointForce",
-    "multibody.model.events": "Event",
-    "multibody.simulate": "simulate",
-    "ensemble.simulate": "simulate_many",
-    "multibody.results.result": "Result",
-    "multibody.analysis.equilibrium": "static_equilibrium",
-    "multibody.analysis.linearise": "linearise",
-    "multibody.analysis.system_modes": "system_modes",
-    "formats.resultfile": "write_result read_result",
-    "drawing": "Film Page",
-    "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError "
-    "NotInstalledError ModalprepWarning",
-    "verdicts.verdict": "Requirement Verdict",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from importlib import import_module
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
     from typing import Any
 
+IMPORT = re.compile(r"^    from (modalprep\.\S+) import (\w+) as \2$", re.MULTILINE)
 # those with public names
 PACKAGES = (
     "fe",
@@ -25,12 +28,12 @@ PACKAGES = (
 )
 
 
-def lazy(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def lazy(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package whose modules are loaded on first use.
 
-    ``names`` has, by the module below the package, its public names with a space between them.
+    Its names and their modules are those that its ``__init__`` imports for type checkers alone.
     """
-    homes = {name: f"{package}.{module}" for module, listed in names.items() for name in listed.split()}
+    homes = _imported(package)
     inside = PACKAGES if package == "modalprep" else ()
 
     def load(name: str) -> Any:
@@ -43,6 +46,12 @@ def lazy(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any], 
     return load, lambda: sorted([*homes, *inside]), sorted(homes)
 
 
+def _imported(package: str) -> dict[str, str]:
+    """Return the module of each name that the source of a package imports for type checkers."""
+    loader: Any = sys.modules[package].__loader__
+    return {name: module for module, name in IMPORT.findall(loader.get_source(package))}
+
+
 def public_homes() -> dict[str, str]:
     """Return, by its public name such as ``reduction.Load``, the module where a name is defined.
 
@@ -51,8 +60,8 @@ def public_homes() -> dict[str, str]:
     """
     for package in () if _HOMES else ("", *PACKAGES):
         home = f"modalprep.{package}".rstrip(".")
-        for module, names in import_module(home)._NAMES.items():
-            _HOMES.update({f"{package}.{name}".lstrip("."): f"{home}.{module}" for name in names.split()})
+        import_module(home)
+        _HOMES.update({f"{package}.{name}".lstrip("."): module for name, module in _imported(home).items()})
     return _HOMES
 
 

@@ -86,11 +86,11 @@ def test_a_missing_case_is_left_out_and_named(grid, tmp_path, capsys):
     hidden = body.rename(tmp_path / "hidden.h5")
     try:
         from modalprep.pipeline.batch.plan import plan_batch
-        from modalprep.pipeline.batch.tracks import follow, grids
+        from modalprep.pipeline.batch.tracks import grids, write_tracks
         from modalprep.pipeline.console import Reporter
 
         (jobs,) = grids(plan_batch([str(grid)], None), "clamped")
-        found = follow(jobs, "clamped", Reporter())
+        found = write_tracks(jobs, "clamped", Reporter())
     finally:
         hidden.rename(body)
     assert "Iz=4e-07-Iy=2e-07 is left out" in found["notes"][0]

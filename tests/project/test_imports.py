@@ -58,7 +58,7 @@ ONLY_IN = {  # third parties with one home
     "meshio": {"fe"},
     "gmsh": {"fe"},
     "numba": {"compiler"},
-    "pyvista": {"report.pictures", "report.show"},
+    "pyvista": {"report.pictures", "report.show", "report.painter"},
     "matplotlib": {"report"},
     "pydantic": {"pipeline"},
     "symengine": {"multibody"},

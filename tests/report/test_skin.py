@@ -127,7 +127,7 @@ def test_outline_is_that_of_the_undeformed_body():
     points = block_points((4, 4, 4), (1.0, 2.0, 3.0))
     skin = outer_skin(points, {"hexahedron": hexahedra((4, 4, 4))})
     still = surface.segments(skin.outline, points)
-    ends = points[still.lines.reshape(-1, 3)[:, 1:]]
+    ends = still.points[still.lines.reshape(-1, 3)[:, 1:]]
     assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum() == pytest.approx(4 * (1 + 2 + 3), rel=1e-12)
     crumpled = points + 0.2 * np.random.default_rng(0).standard_normal(points.shape)
     assert surface.surface(skin, crumpled).extract_feature_edges(30).n_cells > 2 * still.n_cells

@@ -24,17 +24,5 @@ if TYPE_CHECKING:
     from modalprep.body.stress import StressModes as StressModes
     from modalprep.body.verify import check_buckling as check_buckling
     from modalprep.body.verify import check_projection as check_projection
-
-_NAMES = {
-    "flexible_body": "FlexibleBody",
-    "checks": "check_model Check CheckReport",
-    "verify": "check_projection check_buckling",
-    "mass": "mass_matrix",
-    "frames": "reroot in_frame in_mean_axes in_principal_axes at_centre_of_mass",
-    "levels": "with_density_factor",
-    "linearised_stiffness": "linearised_geometric_stiffness",
-    "recovery": "Recovery BodyMotion at_rest",
-    "stress": "StressModes",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

@@ -86,9 +86,9 @@ def batch(
         folder = None if no_cache else cache or planned.folder / ".cache"
         done = run_batch(planned, reporter, where, cache=folder, limit=cache_size * GIB)
     if tracked and track and not listing:
-        from modalprep.pipeline.batch.tracks import follow
+        from modalprep.pipeline.batch.tracks import write_tracks
 
-        done["tracked"] = [follow(grid, track, reporter) for grid in tracked]
+        done["tracked"] = [write_tracks(grid, track, reporter) for grid in tracked]
     if as_json:
         print_json(done)
     if not listing:

@@ -23,17 +23,5 @@ if TYPE_CHECKING:
     from modalprep.correlation.tracking import Tracks as Tracks
     from modalprep.correlation.tracking import track_modes as track_modes
     from modalprep.correlation.written import write_test_modes as write_test_modes
-
-_NAMES = {
-    "mode_set": "ModeSet body_modes",
-    "measured": "read_test_modes",
-    "written": "write_test_modes",
-    "criteria": "mac comac cross_orthogonality",
-    "pairing": "Correlation correlate",
-    "sensors": "choose_sensors expand synthetic_test",
-    "study": "Study",
-    "tracking": "Tracks track_modes",
-    "derivatives": "Sensitivities sensitivities",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

@@ -10,11 +10,5 @@ if TYPE_CHECKING:
     from modalprep.ensemble.file import read_ensemble as read_ensemble
     from modalprep.ensemble.file import write_ensemble as write_ensemble
     from modalprep.ensemble.record import Ensemble as Ensemble
-
-_NAMES = {
-    "record": "Ensemble",
-    "cases": "draw_cases",
-    "file": "write_ensemble read_ensemble",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

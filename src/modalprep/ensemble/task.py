@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class CaseTask:
         As `simulate` takes them.
     """
 
-    own_process = False
+    own_process: ClassVar[bool] = False
 
     def __init__(
         self,

@@ -34,22 +34,5 @@ if TYPE_CHECKING:
     from modalprep.fe.recovery.recover import Recover as Recover
     from modalprep.fe.recovery.recover import model_recovery as model_recovery
     from modalprep.fe.sensitivity.parameters import ModelParameter as ModelParameter
-
-_NAMES = {
-    "mesh.mesh": "Mesh Link Equation SupportSet",
-    "properties.materials": "Anisotropic Orthotropic Orthotropic3D",
-    "properties.properties": "Ply Property",
-    "properties.sections": "beam_section",
-    "quality.quality": "Quality",
-    "quality.findings": "Finding Statistics",
-    "assembly.model": "FEModel",
-    "links.interface": "InterfaceFrame",
-    "assembly.stress_recovery": "StressPoint StressRecovery Stress stress_recovery",
-    "recovery.fields": "Fields Quantity",
-    "recovery.recover": "Recover ModelRecovery model_recovery",
-    "sensitivity.parameters": "ModelParameter",
-    "external.files": "Matrices read_matrices",
-    "external.model": "model_from_matrices",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

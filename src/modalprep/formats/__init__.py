@@ -22,20 +22,5 @@ if TYPE_CHECKING:
     from modalprep.formats.uff import write_uff as write_uff
     from modalprep.formats.vtu import write_vtu as write_vtu
     from modalprep.formats.vtu import write_vtu_series as write_vtu_series
-
-_NAMES = {
-    "resultfile": "write_csv read_csv",
-    "responsefile": "read_response write_response",
-    "statespace": "write_state_space",
-    "bodies.described": "notes_of",
-    "bodies.read": "import_body",
-    "export": "export_body",
-    "sid": "write_sid",
-    "mbdyn": "write_mbdyn",
-    "exudyn": "write_exudyn",
-    "nastran": "write_output4 write_dmig",
-    "uff": "write_uff",
-    "vtu": "write_vtu write_vtu_series",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

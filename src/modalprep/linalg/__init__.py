@@ -10,10 +10,5 @@ if TYPE_CHECKING:
     from modalprep.linalg.factor import factorise as factorise
     from modalprep.linalg.modes import Modes as Modes
     from modalprep.linalg.modes import lowest_modes as lowest_modes
-
-_NAMES = {
-    "factor": "factorise Factor",
-    "modes": "lowest_modes Modes",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

@@ -53,33 +53,5 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.envelopes import Envelope as Envelope
     from modalprep.multibody.results.envelopes import envelopes as envelopes
     from modalprep.multibody.results.recovered import body_motion as body_motion
-
-_NAMES = {
-    "model.time_function": "TimeFunction Piece",
-    "model.joint_element": "HingeElement",
-    "model.loads": "DistributedForce AxialSpring Bushing Callback",
-    "model.rotational_spring": "RotationalSpring",
-    "model.constraints": "Closure Coupler",
-    "model.chain": "Chain SegmentedBeam",
-    "model.environment": "CentralGravity Orbit Dipole Conductor",
-    "model.hydrodynamics": "ImmersedRod Water",
-    "model.depletion": "Depletion ExpelledGas deplete",
-    "model.deployment": "Deployment",
-    "deploying.system": "DeployingSystem",
-    "deploying.simulate": "simulate_deployment",
-    "evaluation.state": "State Frame",
-    "evaluation.coordinates": "coordinates Coordinates JointState",
-    "evaluation.equations_of_motion": "EquationsOfMotion",
-    "evaluation.feedback": "feedback",
-    "evaluation.impact": "impact Impact",
-    "free_body.free_flyer": "simulate_free_body FreeBodyMotion",
-    "results.recovered": "body_motion",
-    "results.envelopes": "Envelope envelopes",
-    "analysis.equilibrium": "Equilibrium",
-    "analysis.state_space": "StateSpace frequency_response",
-    "analysis.system_modes": "SystemModes",
-    "analysis.spin": "spin_modes SpinModes",
-    "analysis.inverse_dynamics": "inverse_dynamics hinge_forces InverseDynamics",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

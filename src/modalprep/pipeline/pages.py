@@ -22,7 +22,10 @@ def page_of_body(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
     from modalprep.pipeline.building.described import body_inputs
     from modalprep.report.page import BodyPage, write_page
 
-    built, drawn, run = outcome.built, outcome.body_drawn, outcome.run_drawn
+    built, drawn, run, exported = outcome.built, outcome.body_drawn, outcome.run_drawn, outcome.exported
+    assert built is not None  # of a file with a body
+    assert drawn is not None
+    assert exported is not None
     shown = BodyPage(
         built.body,
         pictures=drawn.modes,
@@ -31,7 +34,7 @@ def page_of_body(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
         checks=built.checks,
         notes=outcome.notes,
         errors=built.error_curves or None,
-        mass_plot=outcome.exported.mass_plot,
+        mass_plot=exported.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         sections=_sections(source, outcome),
         inputs=body_inputs(source, built),
@@ -66,8 +69,11 @@ def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
     from modalprep.report.run_page.page import RunPage, write_run_page
 
     pipeline = source.pipeline
-    simulated = outcome.simulated
-    plots = outcome.run_drawn.plots
+    simulated, table, drawn = outcome.simulated, pipeline.simulation, outcome.run_drawn
+    assert simulated is not None  # of a file with a run
+    assert table is not None
+    assert drawn is not None
+    plots = drawn.plots
     result = simulated.files[0]
     stem = f"{source.path.stem}-ensemble"
     cases = [file for file in reporter.files if file.suffix == ".png" and stem in file.name]
@@ -75,12 +81,12 @@ def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
         simulated.main,
         name=source.body_name,
         system=simulated.system,
-        rtol=pipeline.simulation.rtol,
-        settings=_settings(pipeline.simulation, simulated),
-        channels=pipeline.simulation.output,
+        rtol=table.rtol,
+        settings=_settings(table, simulated),
+        channels=table.output,
         plots=[*plots, *((f"cases of the ensemble: {file.name}", file) for file in cases)],
         plotted=[channel for plot in pipeline.plots for channel in plot.channels] if plots else (),
-        film=outcome.run_drawn.film,
+        film=drawn.film,
         envelopes=simulated.envelopes,
         notes=simulated.notes,
         sections=[] if outcome.built else _sections(source, outcome),

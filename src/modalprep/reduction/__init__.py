@@ -33,18 +33,5 @@ if TYPE_CHECKING:
     from modalprep.reduction.synthesis import synthesise as synthesise
     from modalprep.reduction.table import ModalBody as ModalBody
     from modalprep.reduction.table import ModeTable as ModeTable
-
-_NAMES = {
-    "basis": "Reduction Spans",
-    "recoveries.convergence": "Convergence recovery_convergence",
-    "table": "ModeTable ModalBody",
-    "free_interface_basis": "free_interface improved_guyan",
-    "loads": "Load nodal_load",
-    "prestress": "interface_load acceleration_load buckling prestressed_modes LoadedModes",
-    "error": "reduction_error ReductionError",
-    "projected": "projected_basis reduced_body ProjectedBasis",
-    "synthesis": "synthesise SynthesisedModes",
-    "damping": "rayleigh modal_damping component_damping Rayleigh ComponentDamping",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

@@ -184,6 +184,7 @@ class ModalBody(Protocol):
     interface_name: tuple[str, ...]
     interface_position: np.ndarray
     points: np.ndarray
+    cells: dict[str, np.ndarray]
     shape: np.ndarray
     stress: dict[str, Any]
     recovery: dict[str, Any]

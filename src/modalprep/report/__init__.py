@@ -28,22 +28,5 @@ if TYPE_CHECKING:
     from modalprep.report.view.page import view_body as view_body
     from modalprep.report.view.page import view_mesh as view_mesh
     from modalprep.report.view.page import view_run as view_run
-
-_NAMES = {
-    "page": "BodyPage write_page",
-    "body_page.inputs": "Inputs",
-    "body_page.section": "Section chart paragraph",
-    "body_page.table": "Table",
-    "pictures.render": "render_mode render_mesh",
-    "pictures.sheet": "contact_sheet",
-    "pictures.animation": "animate_mode",
-    "pictures.mesh_picture": "render_findings",
-    "pictures.system_animation": "animate_system render_motion",
-    "scene.style": "FilmStyle",
-    "charts.mass_chart": "effective_mass_plot",
-    "charts.plots": "history_plot",
-    "run_page.page": "RunPage write_run_page",
-    "view.page": "view_body view_mesh view_run",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

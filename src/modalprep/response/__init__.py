@@ -42,19 +42,5 @@ if TYPE_CHECKING:
     from modalprep.response.sn_curve import SNCurve as SNCurve
     from modalprep.response.sweep import sweep_response as sweep_response
     from modalprep.response.transient import transient_response as transient_response
-
-_NAMES = {
-    "inputs": "Spectrum History",
-    "modal": "ModalEquations modal_equations",
-    "harmonic": "harmonic_response",
-    "random": "random_response",
-    "sweep": "sweep_response",
-    "transient": "transient_response",
-    "result": "Response Peak",
-    "shock": "ShockSpectrum shock_spectrum vibration_spectrum",
-    "fatigue": "Fatigue rainflow_damage random_damage signed_von_mises",
-    "sn_curve": "SNCurve",
-    "limits": "Notch NotchedInput notch force_limit quasi_static_limit",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

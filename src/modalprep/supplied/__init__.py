@@ -11,12 +11,5 @@ if TYPE_CHECKING:
     from modalprep.supplied.rows import Points as Points
     from modalprep.supplied.rows import Rows as Rows
     from modalprep.supplied.uncertainty import spin_error as spin_error
-
-_NAMES = {
-    "reduced": "body_from_reduced",
-    "extseout": "read_extseout",
-    "rows": "Points Rows",
-    "uncertainty": "spin_error",
-}
-if not TYPE_CHECKING:  # to which other names are mistakes
-    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

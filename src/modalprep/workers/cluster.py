@@ -107,7 +107,7 @@ class Cluster:
         if self._unfit and not self._usable:
             self._waiting.append(job)
             return
-        only = {"workers": list(self._usable)} if self._unfit else {}
+        only: dict[str, Any] = {"workers": list(self._usable)} if self._unfit else {}
         future = self._client.submit(
             run,
             self._held,
@@ -152,7 +152,8 @@ class Cluster:
     def _gather(self, futures: list[Future]) -> dict[Future, Any]:
         """Return the results of jobs; where one is lost with its worker, those of none."""
         try:
-            return dict(zip(futures, self._client.gather(futures), strict=True))
+            results: Any = self._client.gather(futures)
+            return dict(zip(futures, results, strict=True))
         except (OSError, TimeoutError, CancelledError, LostJobError, UnfitWorkerError):
             return {}
 
@@ -189,7 +190,8 @@ class Cluster:
         """
         self._looked = monotonic()
         with suppress(OSError, TimeoutError, ValueError):
-            self._workers = self._client.sync(self._client.scheduler.ncores, workers=None, callback_timeout=LOST / 3)
+            client: Any = self._client
+            self._workers = client.sync(client.scheduler.ncores, workers=None, callback_timeout=LOST / 3)
             self._answered = monotonic()
         if monotonic() - self._answered > LOST:
             raise ClusterError(f"{self._scheduler} does not answer; {KEPT}")

@@ -143,13 +143,14 @@ def _scale(cluster: Cluster, scheduler: Scheduler) -> None:
     unit = "" if scheduler.kind == "local" else "_jobs"
     if isinstance(scheduler.jobs, tuple):
         least, most = scheduler.jobs
-        cluster.adapt(**{f"minimum{unit}": least, f"maximum{unit}": most})
+        limits: dict[str, Any] = {f"minimum{unit}": least, f"maximum{unit}": most}
+        cluster.adapt(**limits)
         return
     cluster.scale(**{"jobs" if unit else "n": scheduler.jobs})
     cluster.sync(_submitted, cluster)
 
 
-async def _submitted(cluster: Cluster) -> None:
+async def _submitted(cluster: Any) -> None:
     from distributed.core import Status
 
     await cluster

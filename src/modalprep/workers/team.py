@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 
 def never() -> bool:
@@ -27,10 +27,7 @@ class Task(Protocol):
         Whether each job of a cluster runs in a process of its own, which can be limited and ended.
     """
 
-    @property
-    def own_process(self) -> bool:
-        """Whether each job of a cluster runs in a process of its own."""
-        ...
+    own_process: ClassVar[bool]
 
     def run(self, job: Any, stopped: Callable[[], bool] = never) -> Any:
         """Return the outcome of a job; nothing is raised. A job may end early once `stopped` returns True."""

@@ -51,8 +51,8 @@ def _makes_body(jobs: Sequence[Job]) -> bool:
     return False
 
 
-def follow(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, Any]:
-    """Follow the modes of a grid; print a table, and write it as a CSV file and a chart beside the jobs.
+def write_tracks(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, Any]:
+    """Track the modes of a grid; print a table, and write it as a CSV file and a chart beside the jobs.
 
     Raises
     ------

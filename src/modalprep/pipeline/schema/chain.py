@@ -139,7 +139,7 @@ class BeamTable(Table):
             count=self.segments,
             parent=self.parent,
             joint=between if len(between) > 1 else between[0],
-            first=HingeTable.model_validate(own).model_dump() if "type" in own else FirstTable(**(clamp | own)),
+            first=FirstTable(**(HingeTable.model_validate(own).model_dump() if "type" in own else clamp | own)),
         )
 
     def bodies(self, name: str) -> dict[str, BodyTable]:

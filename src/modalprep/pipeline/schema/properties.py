@@ -188,9 +188,9 @@ class BeamTable(Table):
         """Return the property in SI."""
         material = find_material(self.material, materials, (Material,))
         more: dict[str, Any] = {
-            "offset": triple(self.offset),
+            "offset": tuple(self.offset),
             "nsm": self.nsm,
-            "shear_centre": triple(self.shear_centre),
+            "shear_centre": tuple(self.shear_centre),
         }
         more["taper"] = tuple(tuple(row) for row in self.taper)
         if self.section is not None:

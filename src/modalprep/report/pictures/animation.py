@@ -162,7 +162,7 @@ def _palette(images: list[np.ndarray]) -> Image.Image:
 
 
 def _write_mp4(images: list[np.ndarray], path: Path, fps: float) -> None:
-    import imageio_ffmpeg
+    import imageio_ffmpeg  # pyright: ignore[reportMissingImports]  # of the extra video
 
     height, width = images[0].shape[:2]
     try:

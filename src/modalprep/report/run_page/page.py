@@ -24,6 +24,7 @@ from modalprep.verdicts.notes import kind_of, warnings_of
 from modalprep.verdicts.verdict import Verdict
 
 if TYPE_CHECKING:
+    from modalprep.multibody.deploying.system import DeployingSystem
     from modalprep.multibody.model.system import System
     from modalprep.multibody.results.envelopes import Envelope
     from modalprep.verdicts.verdict import Requirement
@@ -73,7 +74,7 @@ class RunPage:
     run: Result
     _: KW_ONLY
     name: str = ""
-    system: System | None = None
+    system: System | DeployingSystem | None = None
     rtol: float = 1e-5
     settings: Mapping[str, str] = field(default_factory=dict)
     channels: Sequence[str] = ()
@@ -161,7 +162,7 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
     return Path(path)
 
 
-def _lead(run: Result, system: System | None) -> str:
+def _lead(run: Result, system: System | DeployingSystem | None) -> str:
     what = f" of {len(system.bodies)} bodies and {len(system.joints)} joints" if system else ""
     span = f" from {number(run.time[0])} to {number(run.time[-1], 6)} s" if len(run.time) else ""
     return f"Simulation{what}{span}."

@@ -43,8 +43,8 @@ class Scene:
     --------
     >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     >>> scene = Scene(name="plate", points=corners, cells={"triangle": np.array([[0, 1, 2]])})
-    >>> scene.n, scene.skin.edges.tolist(), round(scene.size, 3)
-    (0, [[0, 1], [0, 2], [1, 2]], 1.414)
+    >>> scene.n, scene.skin.edges.shape, round(scene.size, 3)
+    (0, (3, 2), 1.414)
     """
 
     name: str
