@@ -7,38 +7,22 @@ import meshio
 import numpy as np
 from scipy.io import mmwrite
 from scipy.sparse import coo_matrix
+from toml_beams import SLENDER
 
 import modalprep as mp
 from modalprep.examples import cantilever_model, uniform_beam
 
 MESHES = Path(__file__).parents[2] / "meshes"
-BEAM = """
-[mesh]
-file = "beam.msh"
-
-[materials.alloy]
-E = 7e10
-nu = 0.4
-rho = 3000.0
-
-[properties.beam]
-type = "beam"
-material = "alloy"
-A = 4e-4
-Iy = 8e-7
-Iz = 2e-7
-J = 5e-7
-
-[interfaces.root]
-group = "root"
-kind = "node"
-
+BEAM = (
+    SLENDER.format(mesh="beam.msh")
+    + """
 [reduction]
 modes = 3
 
 [output]
 pictures = "none"
 """
+)
 SOLID = """
 [mesh]
 file = "bracket.msh"

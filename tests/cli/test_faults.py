@@ -47,7 +47,7 @@ COMMANDS = {
     "simulate": ["simulate", "job.toml"],
     "batch": ["batch", "grid.toml", "--no-cache", "-j", "1"],
 }
-ALONE = ("run", "simulate")  # tests/pipeline/test_batch_fault_injection.py kills batches
+ALONE = ("run", "simulate")  # tests/pipeline/batch/test_fault_injection.py kills batches
 
 
 def given(command, folder, output):

@@ -1,11 +1,9 @@
 """Nastran superelement: identities, the finite-element model, MSC Nastran's own matrices, and pyYeti as the reader."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.body.checks import rigid_mass_matrix
@@ -14,8 +12,6 @@ from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.formats.nastran import superelement, write_dmig, write_output4
 from modalprep.reduction.clamped import clamp
 from modalprep.vectors import skew
-
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data"))
 
 
 def frequencies(K, M):

@@ -1,14 +1,12 @@
 """SID_FEM: every term against sums over particles, the equations of motion against our own dense ones."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from compare import assert_close
 from formats.lumped import modal_body, particles, shape_to_first_order
 from formats.sid_parser import read_sid
 from formats.sid_readers import read_as_embslib, read_as_pymbs
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.body.frames import in_mean_axes
@@ -16,7 +14,6 @@ from modalprep.examples import uniform_beam
 from modalprep.formats.sid import DIALECTS, write_sid
 from modalprep.multibody.reference.equations import body_equations
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data"))
 DIGITS = 2e-11  # the format has 12 digits; a few such errors add up
 PRODUCTS = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]
 

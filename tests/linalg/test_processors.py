@@ -88,7 +88,7 @@ def by_process(code, *arguments, **environment):
 
 def left_by_plate(solver):
     """What a thin shell leaves of a static solution and of its lowest mode, over ``eps |K| |x|``."""
-    from fe.elements.test_curved_shells import supported_plate
+    from fe.elements.shells.test_curved_shells import supported_plate
     from structured import submatrix
 
     from modalprep.linalg.factor import factorise

@@ -14,12 +14,11 @@ Nastran holds them, every block agrees to the precision in which the file holds 
 `modalprep.Beam` keeps what Nastran leaves out, which costs at most 2e-4 of a frequency below 50 Hz here.
 """
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import shared_data
 from scipy.sparse import coo_array
 
 import modalprep as mp
@@ -27,7 +26,7 @@ from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.clamped import clamp
 from modalprep.reduction.truncation import truncation_vectors
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data")) / "nastran_cb"
+DATA = shared_data.DATA / "nastran_cb"
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the deck is not in {DATA} (set MODALPREP_DATA)")
 BOUNDARY = (3, 11, 19, 27)
 GRIDS = [*range(3, 9), *range(11, 17), *range(19, 25), *range(27, 35)]

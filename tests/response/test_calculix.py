@@ -3,21 +3,20 @@
 The decks are dloadlin20f and shellf of ISCPC/CalculiX-ccx-test, test; ccx is that of Debian's calculix-ccx.
 """
 
-import os
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
+import shared_data
 from structured import box
 
 import modalprep as mp
 from modalprep.fe.links.mean_points import MeanPoints, cells_of
 from modalprep.response import harmonic_response
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data")) / "calculix"
+DATA = shared_data.DATA / "calculix"
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
 needs_decks = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
 MODES, RATIO = 10, 0.02

@@ -6,13 +6,13 @@ inboard and outboard (op4, asm, pch), full.dat and its frequencies by NX Nastran
 
 import io
 import json
-import os
 import shutil
 from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
 import pytest
+import shared_data
 from scipy.linalg import eigh, null_space
 
 import modalprep as mp
@@ -22,7 +22,7 @@ from modalprep.fe.external.output4 import read_output4
 from modalprep.reduction.synthesis import synthesise
 from modalprep.supplied.extseout import read_extseout
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data")) / "nastran_cb"
+DATA = shared_data.DATA / "nastran_cb"
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the superelements are not in {DATA} (set MODALPREP_DATA)")
 BOUNDARY = (3, 11, 19, 27)
 WELDS = [(f"a.grid_{grid}", f"b.grid_{grid}") for grid in BOUNDARY]

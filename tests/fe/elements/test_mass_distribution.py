@@ -1,13 +1,12 @@
 """Lumped mass and Nastran's: point masses as a second implementation, closed forms, and other programs' frequencies."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.errors import InputError
@@ -19,7 +18,6 @@ from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_m
 from modalprep.pipeline.schema.load import load
 from modalprep.reduction.clamped import clamp
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "isat").is_dir(), reason="the folder of foreign decks is not there")
 STEEL = mp.Material(E=210e9, nu=0.3, rho=7800.0)
 LIGHT = replace(STEEL, rho=1e-12 * STEEL.rho)

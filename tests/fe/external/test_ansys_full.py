@@ -1,12 +1,11 @@
 """Matrices of Ansys in .full files: those of a real run, those that the test writes, and damaged ones."""
 
 import contextlib
-import os
 import random
-from pathlib import Path
 
 import numpy as np
 import pytest
+import shared_data
 from fe import matrix_writers as write
 from fe.ansys_decks import deck, eblock, nblock
 from fe.matrix_cases import LABELS, beam, nodes_csv
@@ -17,7 +16,7 @@ from modalprep.errors import InputError
 from modalprep.fe import read_matrices
 from modalprep.linalg.modes import lowest_modes
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data")) / "ansys"
+DATA = shared_data.DATA / "ansys"
 
 
 @pytest.fixture

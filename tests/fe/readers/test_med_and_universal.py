@@ -1,14 +1,13 @@
 """MED and universal files that gmsh writes: the same cells, node by node, and the same groups as its own .msh."""
 
 import contextlib
-import os
 import random
-from pathlib import Path
 
 import gmsh
 import h5py
 import numpy as np
 import pytest
+from shared_data import DATA
 from size import seeds
 
 import modalprep as mp
@@ -16,7 +15,6 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.readers.med import in_vtk_order
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 DECK = DATA.parent / "repro" / "decks" / "gmsh_names.med"
 
 

@@ -4,17 +4,14 @@ The decks are those of a public repository, SteveDoyle2/pyNastran: models/iSat a
 eigenvalues of MSC Nastran that stand beside the second.
 """
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.clamped import clamp
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
 
 

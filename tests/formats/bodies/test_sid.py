@@ -1,14 +1,13 @@
 """Reading SID_FEM: bodies that were written, a file of FEMBS by what it says itself, and damaged files."""
 
-import os
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
 from compare import assert_close
 from formats.lumped import modal_body, particles
 from scipy.linalg import eigh
+from shared_data import DATA
 from size import seeds
 
 import modalprep as mp
@@ -22,7 +21,6 @@ from modalprep.formats.bodies.sid_blocks import read_contents
 from modalprep.formats.sid import DIALECTS
 from modalprep.multibody.reference.equations import body_equations
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 FEMBS = DATA / "sid" / "femb_example.sid"
 DIGITS = 2e-11  # the format has 12 digits; a few such errors add up
 SPLIT = {"mass integrals", "geometric stiffness of accelerations", "second order of the modal mass"}

@@ -1,13 +1,11 @@
 """Reading superelements: OUTPUT4, DMIG, Abaqus and CalculiX, those of Nastran's own reduction, and damaged ones."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from compare import assert_close
 from formats.lumped import modal_body, particles
 from scipy.linalg import eigh, null_space
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.body.difference import compare_bodies
@@ -17,7 +15,6 @@ from modalprep.formats import import_body, notes_of, write_dmig, write_output4
 from modalprep.formats.nastran import superelement
 from modalprep.vectors import skew
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 REBUILT = {  # what linear matrices do not tell; of the inertia coupling the symmetric part of H
     "inertia coupling", "mass integrals", "geometric stiffness of accelerations",
     "geometric stiffness of interface loads", "second order of the modal mass",

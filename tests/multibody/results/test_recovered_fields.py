@@ -157,8 +157,8 @@ def test_film_is_coloured_by_the_stress(swing, tmp_path):
 
 
 def test_the_command_writes_both(project, tmp_path):
-    from pipeline.test_recovery_pipeline import TABLES
-    from pipeline.test_stress_pipeline import TOML
+    from pipeline.building.test_recovery import TABLES
+    from pipeline.building.test_stress import TOML
 
     text = TOML.replace("[simulation]\n", TABLES).format(mesh=project / "meshes" / "beam.msh", t_end=1.0)
     (tmp_path / "job.toml").write_text(text)

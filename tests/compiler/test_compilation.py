@@ -24,12 +24,12 @@ from modalprep.cli import main
 from modalprep.compiler import cache, jit, switch
 from modalprep.examples import small_systems
 
-TESTS = Path(__file__).parents[2]
+TESTS = Path(__file__).parents[1]
 
 
 def test_plain_python_gives_the_same_and_stays_in_bounds():
     code = (
-        "from multibody.kernels import test_constraints as loops\n"
+        "from multibody.kernels.closed_loops import test_constraints as loops\n"
         "from multibody.kernels.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
         "from compiler import test_lanes as lanes\n"
         "from modalprep.multibody.kernels import articulated_body as kernel\n"

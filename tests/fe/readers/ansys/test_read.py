@@ -1,10 +1,8 @@
 """Ansys input files: every command and element of the registry in a small deck, with numbers in closed form."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
+import shared_data
 from analytic import cantilever_frequency
 from fe.ansys_decks import SHEET, STEEL, UNIT_CUBE, beam_line, bricks, deck, eblock, nblock
 
@@ -13,7 +11,7 @@ from modalprep.fe.mesh.cells import CELLS
 from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.clamped import clamp
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data")) / "ansys"
+DATA = shared_data.DATA / "ansys"
 real = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
 
 

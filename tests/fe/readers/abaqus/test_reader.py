@@ -51,15 +51,6 @@ skin, 3
 """
 
 
-@pytest.fixture
-def read(tmp_path):
-    def reader(text, unit="m"):
-        (tmp_path / "deck.inp").write_text(text)
-        return mp.read_mesh(tmp_path / "deck.inp", unit)
-
-    return reader
-
-
 def test_sets_numbers_and_units(read):
     mesh = read(DECK, "mm")
     assert mesh.labels.tolist() == [10, 20, 30, 40, 50]

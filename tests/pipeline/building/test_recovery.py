@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from pipeline.test_stress_pipeline import HEIGHT, LENGTH, RHO, TOML, G
+from pipeline.building.test_stress import HEIGHT, LENGTH, RHO, TOML, G
 
 import modalprep as mp
 from modalprep.cli import main

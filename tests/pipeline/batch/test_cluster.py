@@ -63,7 +63,7 @@ def workers(scheduler, started_workers, tmp_path_factory):
 def test_an_assembly_in_components(project, tmp_path, scheduler, workers):
     """Each half of a beam is reduced on a worker of its own, then both are joined: the frequencies of the uncut beam.
 
-    The 12 modes of each half leave 1e-6, as in tests/pipeline/test_synthesis_pipeline.py.
+    The 12 modes of each half leave 1e-6, as in tests/pipeline/building/test_synthesis.py.
     """
     for name in ("inner", "outer"):
         half = (project / "pipelines" / "half-beam.toml").read_text().replace("../meshes", str(project / "meshes"))

@@ -1,20 +1,18 @@
 """Nastran decks against closed forms, hand conversions and the decks' own text."""
 
 import math
-import os
 import re
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
 from fe.decks import BAR, GRIDS, PBAR, STEEL, free
+from shared_data import DATA
 
 from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Beam, Truss
 from modalprep.fe.readers.nastran.deck import read_nastran
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "isat").is_dir(), reason="the folder of foreign decks is not there")
 INCH, SLINCH = 0.0254, 175.126835  # m; kg in a lbf s^2/in
 

@@ -11,15 +11,6 @@ from modalprep.fe.readers.abaqus.profiles import SHAPES
 
 
 @pytest.fixture
-def read(tmp_path):
-    def reader(text, *args, **more):
-        (tmp_path / "deck.inp").write_text(text)
-        return mp.read_mesh(tmp_path / "deck.inp", *args, **more)
-
-    return reader
-
-
-@pytest.fixture
 def static(read):
     return lambda text, loads: displacements(read(text), loads)
 

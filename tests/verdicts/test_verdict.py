@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 from batches import write_beam
+from toml_beams import RECTANGLE
 
 import modalprep as mp
 from modalprep.cli import main
@@ -38,24 +39,9 @@ gravity = [0, -9.81, 0]
 t_end = 1.0
 output_step = 0.1
 """
-TOML = """
-[mesh]
-file = "{mesh}"
-
-[materials.alloy]
-E = 7e10
-nu = 0.4
-rho = 3000.0
-
-[properties.beam]
-type = "beam"
-material = "alloy"
-section = {{ shape = "rectangle", width = 0.3, height = 0.2 }}
-
-[interfaces.root]
-group = "root"
-kind = "node"
-
+TOML = (
+    RECTANGLE
+    + """
 [reduction]
 modes = 10
 truncation_vectors = ["inertia"]
@@ -64,6 +50,7 @@ damping = 0.02
 [output]
 pictures = "none"
 """
+)
 LIMIT = '\n[recovery.wall]\nkind = "reaction"\nallowable = "1e-6 N"\n'
 BAD = {  # changes of the file, text behind it, verdict, part of the reason
     "nothing": ({}, SHAKER.format(highest="9 Hz"), "PASS", ""),

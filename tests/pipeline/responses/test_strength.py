@@ -5,35 +5,17 @@ import json
 
 import numpy as np
 import pytest
+from toml_beams import RECTANGLE, TIP
 
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.response import SNCurve, harmonic_response, rainflow_damage, shock_spectrum, transient_response
 
 G = 9.80665
-TOML = """
-[mesh]
-file = "{mesh}"
-
-[materials.alloy]
-E = 7e10
-nu = 0.4
-rho = 3000.0
-
-[properties.beam]
-type = "beam"
-material = "alloy"
-section = {{ shape = "rectangle", width = 0.3, height = 0.2 }}
-
-[interfaces.root]
-group = "root"
-kind = "node"
-
-[interfaces.tip]
-group = "tip"
-kind = "node"
-boundary = "free"
-
+TOML = (
+    RECTANGLE
+    + TIP
+    + """
 [recovery.beam]
 kind = "section_force"
 stations = 2
@@ -104,6 +86,7 @@ cycles = 1e6
 slope = 4
 duration = "1 h"
 """
+)
 RUN = """
 [joints.hinge]
 type = "revolute"

@@ -6,6 +6,7 @@ import json
 import h5py
 import numpy as np
 import pytest
+from toml_beams import RECTANGLE, TIP
 
 import modalprep as mp
 from modalprep.cli import main
@@ -20,29 +21,10 @@ from modalprep.response import (
 )
 
 G = 9.80665
-TOML = """
-[mesh]
-file = "{mesh}"
-
-[materials.alloy]
-E = 7e10
-nu = 0.4
-rho = 3000.0
-
-[properties.beam]
-type = "beam"
-material = "alloy"
-section = {{ shape = "rectangle", width = 0.3, height = 0.2 }}
-
-[interfaces.root]
-group = "root"
-kind = "node"
-
-[interfaces.tip]
-group = "tip"
-kind = "node"
-boundary = "free"
-
+TOML = (
+    RECTANGLE
+    + TIP
+    + """
 [recovery.beam]
 kind = "section_force"
 stations = 2
@@ -86,6 +68,7 @@ duration = "0.5 s"
 step = "0.1 ms"
 base.x = {{ t = ["0 s", "10 ms", "20 ms"], values = [0, "2 g", 0], unit = "g" }}
 """
+)
 
 
 @pytest.fixture

@@ -1,15 +1,12 @@
 """What a Nastran deck says and the reader cannot keep: it is refused, or a note names card, line and remedy."""
 
-import os
-from pathlib import Path
-
 import pytest
 from fe.decks import BAR, GRIDS, PBAR, STEEL
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.errors import InputError
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "isat").is_dir(), reason="the folder of foreign decks is not there")
 GOOD = GRIDS + BAR + PBAR + STEEL
 

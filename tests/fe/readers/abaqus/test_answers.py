@@ -4,17 +4,14 @@ The decks are those of public repositories: jgerstmayr/EXUDYN (pythonDev/TestMod
 ISCPC/CalculiX-ccx-test (test), whose ``.dat.ref`` files hold CalculiX' own results.
 """
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.fe.external.abaqus import read_abaqus_matrix
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
 
 

@@ -1,18 +1,17 @@
 """Part superelements (BEGIN SUPER): joined parts are the structure that was not divided."""
 
-import os
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
+import shared_data
 from scipy.linalg import eigh
 
 import modalprep as mp
 from modalprep.errors import InputError
 from modalprep.reduction import synthesise
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data")) / "superelements"
+DATA = shared_data.DATA / "superelements"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of foreign decks is not there")
 
 SECTION = "PBAR,1,1,.1,.01,.01,.001\nMAT1,1,2.9+7,1.1+7,.3,7.357-4\n"

@@ -5,33 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from toml_beams import SLENDER
 
 import modalprep as mp
 from modalprep.cli import main
 
 pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
 
-TOML = """
-[mesh]
-file = "{mesh}"
-
-[materials.alloy]
-E = 7e10
-nu = 0.4
-rho = 3000.0
-
-[properties.beam]
-type = "beam"
-material = "alloy"
-A = 4e-4
-Iy = 8e-7
-Iz = 2e-7
-J = 5e-7
-
-[interfaces.root]
-group = "root"
-kind = "node"
-
+TOML = (
+    SLENDER
+    + """
 [interfaces.tip]
 near = [10, 0, 0]
 
@@ -41,6 +24,7 @@ near = [10, 0, 0]
 [output]
 pictures = 0
 """
+)
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """From a CAD part, a mesh or a deck to a first pipeline file that runs, and to a pendulum."""
 
-import os
 import re
 import tomllib
 from pathlib import Path
@@ -11,6 +10,7 @@ import pytest
 from fe.cad_parts import VOLUME, draw, plate
 from fe.generated import needs_gmsh
 from scipy.special import ellipk
+from shared_data import DATA
 
 import modalprep as mp
 from modalprep.cli import main
@@ -23,7 +23,6 @@ from modalprep.pipeline.init.write import init_pipeline
 from modalprep.pipeline.schema.load import load
 from modalprep.report.pictures.system_animation import animate_system
 
-DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
 
 

@@ -8,15 +8,6 @@ import modalprep as mp
 BAR = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 2, 0, 0\n*ELEMENT, TYPE=T3D2, ELSET=bar\n1, 1, 2\n2, 2, 3\n"
 
 
-@pytest.fixture
-def read(tmp_path):
-    def reader(text, *args, **more):
-        (tmp_path / "deck.inp").write_text(text)
-        return mp.read_mesh(tmp_path / "deck.inp", *args, **more)
-
-    return reader
-
-
 # ---------------------------------------------------------------- spellings: all are the same two bars
 
 SPELLINGS = {

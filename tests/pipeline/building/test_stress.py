@@ -2,29 +2,15 @@
 
 import numpy as np
 import pytest
+from toml_beams import RECTANGLE
 
 import modalprep as mp
 from modalprep.cli import main
 
 HEIGHT, LENGTH, RHO, G = 0.2, 10.0, 3000.0, 9.81
-TOML = """
-[mesh]
-file = "{mesh}"
-
-[materials.alloy]
-E = 7e10
-nu = 0.4
-rho = 3000.0
-
-[properties.beam]
-type = "beam"
-material = "alloy"
-section = {{ shape = "rectangle", width = 0.3, height = 0.2 }}
-
-[interfaces.root]
-group = "root"
-kind = "node"
-
+TOML = (
+    RECTANGLE
+    + """
 [stress.clamp]
 group = "root"
 
@@ -51,6 +37,7 @@ output = ["job.stress.clamp.1.xx"]
 [[plots]]
 y = ["job.stress.clamp.1.xx", "job.stress.clamp.3.von_mises"]
 """
+)
 
 
 @pytest.fixture
