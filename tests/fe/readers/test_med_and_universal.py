@@ -127,6 +127,7 @@ REFUSED = {
     "missing node": (["-1", "2411", "1 1 1 11", "0. 0. 0.", "-1", "-1", "2412", "4 21 1 1 7 2", "0 0 0", "1 2", "-1"],
                      "element 4 refers to node 2"),
     "nodes too few": (["-1", "2412", "4 111 1 1 7 2", "1 2", "-1"], "damaged or cut short"),
+    "nodes too many": (["-1", "2412", "4 111 1 1 7 5", "1 2 3 4 5", "-1"], "damaged or cut short"),
 }  # fmt: skip
 
 
@@ -150,3 +151,11 @@ def test_damaged_universal_files_are_read_or_refused(written, tmp_path, seed):
     (tmp_path / "a.unv").write_text("".join(changed))
     with contextlib.suppress(InputError):
         assert len(mp.read_mesh(tmp_path / "a.unv").points)
+
+
+def test_datasets_that_are_left_out_are_named_with_their_line(tmp_path):
+    bar = ["-1", "2411", "1 1 1 11", "0. 0. 0.", "2 1 1 11", "1. 0. 0.", "-1", "-1", "2412", "4 21 1 1 7 2", "0 0 0"]
+    (tmp_path / "a.unv").write_text("\n".join([*bar, "1 2", "-1", "-1", "164", "1", "-1"]))
+    [note] = mp.read_mesh(tmp_path / "a.unv").notes
+    assert "dataset 164" in note
+    assert "line 14" in note

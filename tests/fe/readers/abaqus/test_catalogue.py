@@ -125,7 +125,8 @@ NODES = {
         [[1, 0, 0], [0, -1, 0], [-1, 0, 0]],
     ),
     "a parabola": (
-        "*NODE\n1, 0, 0, 0\n5, 2, 0, 0\n*NGEN, LINE=P\n1, 5, 2, , 1, 1, 0\n", [[0, 0, 0], [1, 1, 0], [2, 0, 0]]
+        "*NODE\n1, 1, 0, 0\n9, 3, 0, 0\n*NGEN, LINE=P\n1, 9, 2, , 2, 1, 0\n",  # y = (x - 1) (3 - x)
+        [[1, 0, 0], [1.5, 0.75, 0], [2, 1, 0], [2.5, 0.75, 0], [3, 0, 0]],
     ),
     "rows between two": (
         "*NODE, NSET=a\n1, 0, 0, 0\n2, 1, 0, 0\n*NODE, NSET=b\n21, 0, 2, 0\n22, 1, 2, 0\n*NFILL\na, b, 2, 10\n",
@@ -285,3 +286,8 @@ def test_an_instance_of_the_same_name(read):
 def test_a_name_of_an_instance_in_capitals_is_the_same(read):
     with pytest.raises(mp.InputError, match="has the name LEFT of another instance"):
         read(TWO + "*INSTANCE, NAME=LEFT, PART=p\n*END INSTANCE\n")
+
+
+def test_trusses_of_three_nodes_are_two_bars(read):
+    mesh = read(BAR.replace("T3D2", "T3D3").replace("1, 1, 2\n2, 2, 3\n", "1, 1, 2, 3\n"))
+    assert sorted(map(sorted, mesh.cells["line"].tolist())) == [[0, 1], [1, 2]]

@@ -344,3 +344,28 @@ def test_shear_factors_of_the_shapes():
     }  # fmt: skip
     assert {kind: SHAPES[kind][1](*sizes).k for kind, sizes in SIZES.items()} == table
     assert SHAPES["ARBITRARY"][1](1, 0.0, 0.0, 1.0, 0.0, 0.01).k == 1.0
+
+
+def test_a_section_of_one_element_by_its_number(read):
+    """Where no set has the name, it is the number of an element."""
+    mesh = read(
+        NODES
+        + "*ELEMENT, TYPE=T3D2\n1, 1, 2\n2, 2, 3\n"
+        + "*SOLID SECTION, ELSET=1, MATERIAL=steel\n2e-4\n*SOLID SECTION, ELSET=2, MATERIAL=steel\n3e-4\n"
+        + STEEL
+    )
+    areas = {mesh.groups[name]["line"].tolist()[0]: truss.A for name, truss in mesh.properties.items()}
+    assert areas == {0: 2e-4, 1: 3e-4}
+
+
+def test_engineering_constants_of_solids_in_mm(read):
+    """Moduli in MPa, ratios as they are."""
+    wood = (
+        "*MATERIAL, NAME=steel\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n14e3, 1e3, 900., .3, .28, .4, 500., 400.\n300.\n"
+    )
+    wood += "*DENSITY\n5e-10\n*ORIENTATION, NAME=o\n0, 1, 0, -1, 0, 0\n3, 0.\n"
+    material = (
+        read(CUBE.replace("MATERIAL=steel", "MATERIAL=steel, ORIENTATION=o") + wood, "mm", "t").properties["c"].material
+    )
+    assert (material.E1, material.E3, material.G23, material.rho) == pytest.approx((14e9, 0.9e9, 0.3e9, 500.0))
+    assert (material.nu12, material.nu13, material.nu23) == (0.3, 0.28, 0.4)

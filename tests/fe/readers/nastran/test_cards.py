@@ -285,6 +285,15 @@ def test_three_quarters_of_a_ring_and_pipes(read):
     assert mesh.properties["pbend_3"].A == pytest.approx(2 * math.pi * 0.1 * 0.01)
 
 
+def test_a_sixth_of_a_ring(read):
+    """THETAB = 60: the radius is the chord, and the centre lies sqrt(3) / 2 of it beside the middle."""
+    mesh = read(QUARTER.format(v="2.,-1.,0.", geom=4) + "PBEND,3,7,1.-4,1.-9,2.-9,3.-9,,60.\n")
+    chord = 2 * math.sqrt(2)
+    centre = np.array([1, 1, 0]) + math.sqrt(3) / 2 * chord * np.array([-1, 1, 0]) / math.sqrt(2)
+    found = np.linalg.norm(mesh.points[[0, 1, *range(3, 18)]] - centre, axis=1)
+    assert found == pytest.approx(np.full(17, chord))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -363,3 +372,28 @@ def test_mutated_decks_are_read_or_refused(read):
             refused += 1
     assert 200 < refused < 1000
     assert time.perf_counter() - start < 120  # some 4 ms a deck; a hang would be a million cards
+
+
+def test_axes_of_materials_in_the_middle_of_a_solid(read):
+    """CORDM of a cylindrical system: of a cube about the point r = 2, theta = 90 the first axis is y, the second -x."""
+    grids = [(x, y, z) for z in (0, 1) for x, y in ((-0.5, 1.5), (0.5, 1.5), (0.5, 2.5), (-0.5, 2.5))]
+    deck = "".join(f"GRID,{k},,{x},{y},{z}.\n" for k, (x, y, z) in enumerate(grids, 1))
+    deck += "CORD2C,4,,0.,0.,0.,0.,0.,1.,+\n+,1.,0.,0.\nCHEXA,9,5,1,2,3,4,5,6,+\n+,7,8\nPSOLID,5,7,4\n"
+    deck += "MAT11,7,1.+10,2.+10,3.+10,.1,.2,.3,4.+9,+\n+,5.+9,6.+9,500.\n"
+    frame = read(deck).data["frame"]["hexahedron"][0]
+    assert frame == pytest.approx(np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), abs=1e-12)
+
+
+@pytest.mark.parametrize(("k1", "k2"), [(0.7, 0.0), (0.0, 0.6)])
+def test_shear_flexibility_of_one_plane(read, k1, k2):
+    beam = read(GRIDS + BAR + f"PBAR,5,7,.01,3.-6,2.-6,4.-6,,,+\n+,,,,,,,,,+\n+,{k1},{k2}\n" + STEEL).properties[
+        "pbar_5"
+    ]
+    assert (beam.theory, beam.kz, beam.ky) == ("timoshenko", k1 or 1e6, k2 or 1e6)
+
+
+def test_bars_without_bending_in_mm(read):
+    """A is in mm^2, J in mm^4."""
+    deck = GRIDS + BAR + "PBAR,5,7,100.,0.,0.,40.,3.-6\nMAT1,7,2.1+5,,.3,7.8-9\n"
+    truss = read(deck, length=1e-3, mass=1e3).properties["pbar_5"]
+    assert (truss.A, truss.J, truss.nsm) == pytest.approx((100e-6, 40e-12, 3.0))

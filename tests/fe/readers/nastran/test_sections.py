@@ -151,6 +151,32 @@ def test_shear_factors_of_the_shapes():
     assert SHAPES["BOX"][1](40.0, 60.0, 3.0, 2.0)[5:] == pytest.approx((4 * 54 / 456, 6 * 36 / 456))
 
 
+WALLS = {  # area, areas of the walls along the shear forces (5/6 of solid and of outstanding ones), sum b t^3 / 3 or Bredt
+    "BOX1": ((8, 12, 1, 2, 0.5, 1.5), 42, 9 * 2, 6 * 3, 4 * (7 * 10.5) ** 2 / (7 * 1.5 + 10.5 * (1 / 0.5 + 1 / 1.5))),
+    "I1": ((44, 6, 80, 100), 1480, 80 * 6, 5 / 6 * 1000, (2 * 50 * 10**3 + 90 * 6**3) / 3),
+    "T": ((60, 70, 10, 8), 1080, 480, 5 / 6 * 600, (60 * 10**3 + 65 * 8**3) / 3),
+    "T1": ((10, 7, 1, 2), 24, 5 / 6 * 10, 14, (10 * 1 + 7.5 * 2**3) / 3),
+    "T2": ((8, 10, 1, 2), 26, 18, 5 / 6 * 8, (8 * 1 + 9.5 * 2**3) / 3),
+    "L": ((50, 100, 8, 5), 860, 5 / 6 * 500, 5 / 6 * 400, (47.5 * 8**3 + 96 * 5**3) / 3),
+    "CHAN": ((50, 100, 6, 10), 1480, 480, 5 / 6 * 1000, (2 * 47 * 10**3 + 90 * 6**3) / 3),
+    "CHAN1": ((5, 1, 8, 10), 20, 8, 5 / 6 * 12, (2 * 5.5 + 9) / 3),
+    "CHAN2": ((1, 2, 7, 10), 30, 5 / 6 * 14, 16, (2 * 6 + 9 * 2**3) / 3),
+    "Z": ((4, 2, 8, 10), 28, 16, 5 / 6 * 12, (2 * 6 + 9 * 2**3) / 3),
+    "CROSS": ((6, 2, 10, 3), 38, 5 / 6 * 20, 5 / 6 * 24, (10 * 2**3 + 6 * 3**3) / 3),
+    "H": ((80, 20, 50, 6), 1480, 5 / 6 * 1000, 480, (2 * 50 * 10**3 + 90 * 6**3) / 3),
+    "HAT": ((6, 1, 8, 3), 24, 8, 5 / 6 * 16, 24 / 3),
+    "HAT1": ((14, 7, 8, 1, 2), 50, 6, 5 / 6 * 44, 4 * (7 * 5.5) ** 2 / (7 * 1.5 + 2 * 5.5)),
+}
+
+
+@pytest.mark.parametrize("kind", WALLS)
+def test_shear_areas_and_torsion_of_walls(kind):
+    dims, area, *expected = WALLS[kind]
+    shape = SHAPES[kind][1](*dims)
+    assert pytest.approx(area) == shape.A
+    assert [shape.k1 * area, shape.k2 * area, shape.J] == pytest.approx(expected)
+
+
 def test_walls_that_do_not_fit_are_refused(read):
     with pytest.raises(InputError, match="PBARL 5: the dimensions 4, 4, 3, 3 make no BOX; correct them"):
         read(GRIDS + BAR + "PBARL,5,7,,BOX,,,,,+\n+,4.,4.,3.,3.\n" + STEEL)

@@ -133,3 +133,17 @@ def test_two_superelements_of_three_modes_as_nastran_has_them():
     bending = whole.frequency[np.maximum(y, z) > x]
     expected = np.repeat([349.7289, 2167.436, 6008.068, 11670.88, 19073.61], 2)
     np.testing.assert_allclose(bending[:10], expected, rtol=4e-7)
+
+
+def test_ranges_are_joined_grid_by_grid(read):
+    """Two rows of three grids in the same places: three points are left."""
+    rows = [
+        "".join(f"GRID,{first + k},,{float(k)},0.,0.\n" for k in range(3))
+        + "".join(f"CBAR,{1 + k},1,{first + k},{first + k + 1},0.,1.,0.\n" for k in range(2))
+        + SECTION
+        for first in (1, 11)
+    ]
+    manual = "SEBULK,1,PRIMARY,,MANUAL\nSEBULK,2,PRIMARY,,MANUAL\n"
+    for joined, points in (("", 6), ("SECONCT,1,2\n,1,THRU,3,11,THRU,13\n", 3)):
+        mesh = read(parts("PARAM,POST,0\n" + manual + joined, *rows), name="parts.dat")
+        assert len(mesh.points) == points
