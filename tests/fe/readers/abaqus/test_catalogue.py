@@ -136,6 +136,15 @@ NODES = {
         "*NODE, NSET=a\n1, 1, 0, 0\n*NCOPY, OLD SET=a, CHANGE NUMBER=1, SHIFT\n0, 1, 0\n0, 0, 0, 0, 0, 1, 90\n",
         [[1, 0, 0], [-1, 1, 0]],
     ),
+    "a row in steps of one": ("*NODE\n1, 0, 0, 0\n3, 4, 8, 0\n*NGEN\n1, 3\n", [[0, 0, 0], [2, 4, 0], [4, 8, 0]]),
+    "an arc about a point": (
+        "*NODE\n1, 3, 1, 0\n3, 1, 3, 0\n*NGEN, LINE=C\n1, 3, 1, , 1, 1, 0\n",
+        [[3, 1, 0], [1 + 2 * R2, 1 + 2 * R2, 0], [1, 3, 0]],
+    ),
+    "copies about a line beside": (
+        "*NODE, NSET=a\n1, 3, 0, 0\n*NCOPY, OLD SET=a, CHANGE NUMBER=1, SHIFT\n0, 0, 0\n1, 0, 0, 1, 0, 2, 90\n",
+        [[3, 0, 0], [1, 2, 0]],
+    ),
     "copies without a turn": (
         "*NODE, NSET=a\n1, 1, 0, 0\n*NCOPY, OLD SET=a, CHANGE NUMBER=1, SHIFT\n0, 1, 0\n", [[1, 0, 0], [1, 1, 0]]
     ),
@@ -291,3 +300,17 @@ def test_a_name_of_an_instance_in_capitals_is_the_same(read):
 def test_trusses_of_three_nodes_are_two_bars(read):
     mesh = read(BAR.replace("T3D2", "T3D3").replace("1, 1, 2\n2, 2, 3\n", "1, 1, 2, 3\n"))
     assert sorted(map(sorted, mesh.cells["line"].tolist())) == [[0, 1], [1, 2]]
+
+
+def test_instances_with_numbers_of_two_digits(read):
+    text = TWO.replace("1, 0, 0, 0\n", "11, 0, 0, 0\n").replace("1, 1, 2\n", "1, 11, 2\n")
+    assert read(text).labels.tolist() == [102, 103, 111, 202, 203, 211]
+
+
+@pytest.mark.parametrize(
+    ("nodes", "corners"),
+    [("1, 2, 3, 3", [0, 1, 2]), ("1, 2, 3, 1", [0, 1, 2]), ("1, 1, 3, 4", [0, 2, 3]), ("1, 2, 2, 4", [0, 1, 3])],
+)
+def test_quads_with_a_node_twice_are_triangles(read, nodes, corners):
+    text = f"*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n*ELEMENT, TYPE=S4, ELSET=s\n1, {nodes}\n"
+    assert read(text).cells["triangle"].tolist() == [corners]

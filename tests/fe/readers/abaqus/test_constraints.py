@@ -343,3 +343,16 @@ def test_a_node_without_elements_is_held(static):
     u = static(text, {(n, 2): 250.0 for n in (5, 6, 7, 8)})
     assert u[4, 2] == 0
     assert u[6, 2] > 0
+
+
+def test_a_tie_to_a_large_face_beside_a_small_one(read):
+    """The centre of the small face is nearer, but the node lies in the large one."""
+    quads = "*NODE\n1, 0, 0, 0\n2, 4, 0, 0\n3, 4, 4, 0\n4, 0, 4, 0\n5, 4.5, 0, 0\n6, 4.5, .5, 0\n7, 4, .5, 0\n"
+    quads += "*ELEMENT, TYPE=S4, ELSET=s\n1, 1, 2, 3, 4\n2, 2, 5, 6, 7\n*SHELL SECTION, ELSET=s, MATERIAL=steel\n.01\n"
+    bar = "*NODE, NSET=foot\n8, 3.9, .1, 0\n9, 3.9, .1, 1\n*ELEMENT, TYPE=T3D2, ELSET=t\n3, 8, 9\n"
+    bar += "*SOLID SECTION, ELSET=t, MATERIAL=steel\n1e-4\n*SURFACE, NAME=m\ns, SPOS\n"
+    tie = "*NSET, NSET=one\n8\n*SURFACE, NAME=n, TYPE=NODE\none\n*TIE, NAME=tie\nn, m\n"
+    mesh = read(quads + bar + tie + STEEL)
+    assert mesh.points[mesh.labels == 8].tolist() == [[3.9, 0.1, 0.0]]
+    used = {int(mesh.labels[node]) for equation in mesh.equations for node in equation.nodes}
+    assert {1, 2, 3, 4, 8} <= used

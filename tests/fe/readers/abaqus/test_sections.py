@@ -369,3 +369,38 @@ def test_engineering_constants_of_solids_in_mm(read):
     )
     assert (material.E1, material.E3, material.G23, material.rho) == pytest.approx((14e9, 0.9e9, 0.3e9, 500.0))
     assert (material.nu12, material.nu13, material.nu23) == (0.3, 0.28, 0.4)
+
+
+def test_springs_along_axes_of_their_own(read):
+    """Component 1 of an orientation whose first axis is y."""
+    text = BEAM + SECTION + STEEL + "*ELEMENT, TYPE=SPRING1, ELSET=s\n9, 3\n*SPRING, ELSET=s, ORIENTATION=o\n1\n1e6\n"
+    mesh = read(text + "*ORIENTATION, NAME=o\n0, 1, 0, -1, 0, 0\n")
+    np.testing.assert_allclose(mesh.data["frame"]["vertex"], [[[0, 1, 0], [-1, 0, 0], [0, 0, 1]]], atol=1e-15)
+    assert mesh.properties["s"].translation == (1e6, 0, 0)
+
+
+def test_axes_of_solids_by_their_third(read):
+    """Z RECTANGULAR: the first point lies on the third axis, the second in the plane of the first and third."""
+    wood = "*MATERIAL, NAME=steel\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n14e9, 1e9, 9e8, .3, .28, .4, 5e8, 4e8\n3e8\n"
+    wood += "*DENSITY\n500.\n*ORIENTATION, NAME=o, SYSTEM=Z RECTANGULAR\n0, 0, 2, 0, 3, 1\n3, 0.\n"
+    mesh = read(CUBE.replace("MATERIAL=steel", "MATERIAL=steel, ORIENTATION=o") + wood)
+    np.testing.assert_allclose(mesh.data["frame"]["hexahedron"], [[[0, 1, 0], [-1, 0, 0], [0, 0, 1]]], atol=1e-15)
+
+
+def test_direction_of_walls_behind_their_lines(read):
+    """n1 stands behind all walls; a channel that is symmetric about axis 1 has no other principal axes."""
+    walls = "3, .05, -.05, 0, -.05, .01\n0, .05, .01\n.05, .05, .01\n"
+    section = f"*BEAM SECTION, ELSET=b, MATERIAL=steel, SECTION=ARBITRARY\n{walls}0, 0, 1\n"
+    up = read(BEAM + section + STEEL).data["up"]["line"]
+    np.testing.assert_allclose(np.abs(up), [[0, 1, 0], [0, 1, 0]], atol=1e-12)  # n2 = t x n1
+
+
+def test_springs_of_unlike_components_are_refused(read):
+    text = BEAM + SECTION + STEEL + "*ELEMENT, TYPE=SPRING2, ELSET=t\n8, 2, 3\n*SPRING, ELSET=t\n1, 2\n2e4\n"
+    with pytest.raises(mp.InputError, match="joins unlike components"):
+        read(text)
+
+
+def test_layers_without_material_are_refused(read):
+    with pytest.raises(mp.InputError, match="the layer has no material"):
+        read(QUAD + "*SHELL SECTION, ELSET=s, COMPOSITE\n.001, 3\n" + STEEL)

@@ -410,3 +410,23 @@ def test_other_real_decks():
     assert len(sheet.groups["PSHELL_1"]["quad"]) == 80
     sector = mp.read_mesh(DATA / "sector.cdb")
     assert (len(sector.cells["hexahedron"]), len(sector.cells["wedge"])) == (101, 4)  # CDWRITE counts 105 elements
+
+
+def test_parameters_that_are_set_have_no_effect(read):
+    plain = read("ET,1,185", *STEEL, *nblock(UNIT_CUBE), *eblock(range(1, 9)))
+    mesh = read("width = 0.5", "ET,1,185", *STEEL, *nblock(UNIT_CUBE), *eblock(range(1, 9)))
+    assert mesh.notes == plain.notes
+    np.testing.assert_array_equal(mesh.points, plain.points)
+
+
+def test_a_rod_by_its_radius_alone(read):
+    mesh = read("ET,1,188", *STEEL, "SECTYPE,1,BEAM,CSOLID", "SECDATA,.01", *beam_line(1, 1.0), *eblock((1, 2, 3)))
+    [beam] = mesh.properties.values()
+    assert pytest.approx(np.pi * 1e-4) == beam.A
+
+
+def test_blocks_of_elements_without_their_type(read):
+    """Without the key SOLID a row is number, section, constants, material, system and nodes; the type is the first."""
+    row = "".join(f"{x:9d}" for x in (7, 1, 1, 1, 0, *range(1, 9)))
+    mesh = read("ET,1,185", *STEEL, *nblock(UNIT_CUBE), "EBLOCK,13,,,1", "(15i9)", row, "       -1")
+    assert mesh.cells["hexahedron"].tolist() == [list(range(8))]

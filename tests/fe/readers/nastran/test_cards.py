@@ -80,6 +80,14 @@ def test_scalar_masses_of_a_grid_are_one_mass(read):
     assert (mass.mass, mass.inertia) == (2.0, (0.7, 0, 0, 0, 0, 0))
 
 
+def test_scalar_masses_in_mm_and_t(read):
+    mesh = read(
+        GOOD + "".join(f"CMASS2,{c},2.,1,{c}\n" for c in (1, 2, 3)) + "CMASS2,4,5.,1,4\n", length=1e-3, mass=1e3
+    )
+    mass = mesh.properties["cmass_1"]
+    assert (mass.mass, mass.inertia[0]) == pytest.approx((2000.0, 5e-3))
+
+
 @pytest.mark.parametrize(
     ("cards", "message"),
     [
@@ -397,3 +405,38 @@ def test_bars_without_bending_in_mm(read):
     deck = GRIDS + BAR + "PBAR,5,7,100.,0.,0.,40.,3.-6\nMAT1,7,2.1+5,,.3,7.8-9\n"
     truss = read(deck, length=1e-3, mass=1e3).properties["pbar_5"]
     assert (truss.A, truss.J, truss.nsm) == pytest.approx((100e-6, 40e-12, 3.0))
+
+
+@pytest.mark.parametrize("number", [7, 8])
+def test_the_21_moduli_of_a_solid(read, number):
+    """MAT9: the upper triangle row by row, then the density; MAT9 8 repeats all three lines."""
+    grids = "".join(f"GRID,{k},,{x}.,{y}.,{z}.\n" for k, (x, y, z) in enumerate(np.ndindex(2, 2, 2), 1))
+    C = (np.eye(6) * 9e10 + 1e9 * np.add.outer(np.arange(6), np.arange(6)))[np.triu_indices(6)]
+    values = [f"{x:.2e}" for x in C]
+    card = "MAT9,7," + ",+\n+,".join(map(",".join, (values[:7], values[7:15], [*values[15:], "500."]))) + "\n"
+    deck = grids + "CHEXA,9,5,1,5,7,3,2,6,+\n+,8,4\nPSOLID,5," + f"{number}\n"
+    material = read(deck + card + "=,*1,==\n,==\n,==\n").properties["psolid_5"].material
+    assert material.C == pytest.approx(C)
+    assert material.rho == 500.0
+
+
+def test_orientations_may_be_short(read):
+    """The length of the vector does not count."""
+    short = read(GRIDS + BAR.replace("0.,1.,0.", "0.,1.-6,0.") + PBAR + STEEL)
+    np.testing.assert_allclose(short.data["up"]["line"], read(GOOD).data["up"]["line"])
+
+
+def test_flanges_of_a_panel_in_mm(read):
+    """F1 = 1: half of the panel's area stands at each of both sides."""
+    deck = GRIDS + BAR + PBAR + "CSHEAR,8,3,1,2,3,4\nPSHEAR,3,7,.5,,1.,1.\n" + STEEL
+    mesh = read(deck, length=1e-3, mass=1e3)
+    areas = [mesh.properties[f"cshear_8_f{k}"].A for k in (1, 2)]
+    assert areas == pytest.approx([0.5 * 1 / 2 * 1e-6, 0.5 * 2 / 2 * 1e-6])
+
+
+def test_a_station_with_its_dimension_alone(read):
+    """SO and X/XB are blank: the station is the end."""
+    deck = GRIDS + BAR.replace("CBAR", "CBEAM") + "PBEAML,5,7,,ROD,,,,,+\n+,.02,,,,.01\n" + STEEL
+    beam = read(deck).properties["pbeaml_5"]
+    [(x, A, *_)] = [station for station in beam.taper if station[0] > 0]
+    assert (x, A) == pytest.approx((1.0, math.pi * 1e-4))

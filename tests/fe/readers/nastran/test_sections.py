@@ -151,7 +151,7 @@ def test_shear_factors_of_the_shapes():
     assert SHAPES["BOX"][1](40.0, 60.0, 3.0, 2.0)[5:] == pytest.approx((4 * 54 / 456, 6 * 36 / 456))
 
 
-WALLS = {  # area, areas of the walls along the shear forces (5/6 of solid and of outstanding ones), sum b t^3 / 3 or Bredt
+WALLS = {  # area, areas that carry the shear forces (5/6 of solid and outstanding walls), sum b t^3 / 3 or Bredt
     "BOX1": ((8, 12, 1, 2, 0.5, 1.5), 42, 9 * 2, 6 * 3, 4 * (7 * 10.5) ** 2 / (7 * 1.5 + 10.5 * (1 / 0.5 + 1 / 1.5))),
     "I1": ((44, 6, 80, 100), 1480, 80 * 6, 5 / 6 * 1000, (2 * 50 * 10**3 + 90 * 6**3) / 3),
     "T": ((60, 70, 10, 8), 1080, 480, 5 / 6 * 600, (60 * 10**3 + 65 * 8**3) / 3),
