@@ -371,3 +371,10 @@ def test_a_byte_order_mark_is_passed_over(tmp_path, name):
         k: r.tolist() for k, r in expected.cells.items()
     }
     assert list(found.groups) == list(expected.groups)
+
+
+def test_xdmf_with_its_arrays_in_a_file_beside_it(tmp_path):
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    meshio.Mesh(points, [("tetra", np.arange(4)[None])]).write(tmp_path / "a.xdmf")
+    assert (tmp_path / "a.h5").exists()
+    np.testing.assert_array_equal(mp.read_mesh(tmp_path / "a.xdmf").points, points)

@@ -132,6 +132,9 @@ NODES = {
         "*NODE, NSET=a\n1, 0, 0, 0\n2, 1, 0, 0\n*NODE, NSET=b\n21, 0, 2, 0\n22, 1, 2, 0\n*NFILL\na, b, 2, 10\n",
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0], [1, 2, 0]],
     ),
+    "no row between two": (
+        "*NODE, NSET=a\n1, 0, 0, 0\n*NODE, NSET=b\n21, 0, 2, 0\n*NFILL\na, b, 1, 10\n", [[0, 0, 0], [0, 2, 0]]
+    ),
     "copies": (
         "*NODE, NSET=a\n1, 1, 0, 0\n*NCOPY, OLD SET=a, CHANGE NUMBER=1, SHIFT\n0, 1, 0\n0, 0, 0, 0, 0, 1, 90\n",
         [[1, 0, 0], [-1, 1, 0]],

@@ -6,6 +6,7 @@ from fe.abaqus_decks import BEAM, CUBE, NU, SECTION, STEEL, E, displacements
 from structured import box
 
 import modalprep as mp
+from modalprep.fe.readers.abaqus.ties import nearest
 
 
 @pytest.fixture
@@ -356,3 +357,19 @@ def test_a_tie_to_a_large_face_beside_a_small_one(read):
     assert mesh.points[mesh.labels == 8].tolist() == [[3.9, 0.1, 0.0]]
     used = {int(mesh.labels[node]) for equation in mesh.equations for node in equation.nodes}
     assert {1, 2, 3, 4, 8} <= used
+
+
+@pytest.mark.parametrize(
+    ("at", "point"),
+    [
+        ((-0.5, 0.5, 0), (0, 0.5, 0)),
+        ((0.5, 1.5, 2), (0.5, 1, 0)),
+        ((3, -1, 0), (1, 0, 0)),
+        ((0.2, 0.3, 1), (0.2, 0.3, 0)),
+    ],
+)
+def test_the_nearest_point_of_a_face_lies_in_it(at, point):
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    place = nearest("quad", square, np.array(at))
+    np.testing.assert_allclose(place.point, point, atol=1e-12)
+    assert place.distance == pytest.approx(np.linalg.norm(np.subtract(at, point)))

@@ -440,3 +440,10 @@ def test_a_station_with_its_dimension_alone(read):
     beam = read(deck).properties["pbeaml_5"]
     [(x, A, *_)] = [station for station in beam.taper if station[0] > 0]
     assert (x, A) == pytest.approx((1.0, math.pi * 1e-4))
+
+
+def test_bushings_of_a_mesh_without_properties(read):
+    """A deck that has elements only, as for matrices of another program, needs no PBUSH."""
+    mesh = read(GRIDS + "CBUSH,9,5,1,2,,,,0\n")
+    assert mesh.cells["line"].tolist() == [[0, 1]]
+    assert not mesh.properties

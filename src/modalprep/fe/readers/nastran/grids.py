@@ -55,7 +55,6 @@ class Grids:
         self.held = {i: components for i, components in held.items() if components not in ("", "0")}
         self.scalar = _scalar_points(tables)
         self.systems = {0: BASIC}
-        self._place(0)
         self._resolve(dict(tables.get("system", {})))
         for used in (self.cp, self.cd):
             for i in np.flatnonzero(~np.isin(used, [FLUID, *self.systems])):
