@@ -317,3 +317,9 @@ def test_instances_with_numbers_of_two_digits(read):
 def test_quads_with_a_node_twice_are_triangles(read, nodes, corners):
     text = f"*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n*ELEMENT, TYPE=S4, ELSET=s\n1, {nodes}\n"
     assert read(text).cells["triangle"].tolist() == [corners]
+
+
+def test_names_may_hold_a_dot(read):
+    """Where no instance is named before it."""
+    mesh = read(BAR.replace("ELSET=bar", "ELSET=v1.0") + "*ELSET, ELSET=all\nv1.0\n")
+    assert set(mesh.groups) == {"v1.0", "all"}

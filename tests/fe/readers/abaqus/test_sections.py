@@ -404,3 +404,16 @@ def test_springs_of_unlike_components_are_refused(read):
 def test_layers_without_material_are_refused(read):
     with pytest.raises(mp.InputError, match="the layer has no material"):
         read(QUAD + "*SHELL SECTION, ELSET=s, COMPOSITE\n.001, 3\n" + STEEL)
+
+
+def test_shear_stiffness_in_mm(read):
+    """The factor K / (G A) has no unit."""
+    text = BEAM + SECTION + "*TRANSVERSE SHEAR STIFFNESS\n1e6, 3e6\n" + STEEL
+    ours, in_mm = (read(text, *units).properties["b"] for units in (("m", "kg"), ("mm", "t")))
+    assert (ours.ky, ours.kz) == pytest.approx((3e6 / (G * 0.001), 1e6 / (G * 0.001)))
+    assert (in_mm.ky, in_mm.kz) == pytest.approx((ours.ky, ours.kz))
+
+
+def test_sections_without_product_of_inertia_keep_their_axes():
+    """Also where the moment about axis 2 is the larger."""
+    assert SHAPES["RECT"][1](0.05, 0.02).principal == pytest.approx((0.05 * 0.02**3 / 12, 0.02 * 0.05**3 / 12, 0.0))

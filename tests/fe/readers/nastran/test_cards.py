@@ -447,3 +447,9 @@ def test_bushings_of_a_mesh_without_properties(read):
     mesh = read(GRIDS + "CBUSH,9,5,1,2,,,,0\n")
     assert mesh.cells["line"].tolist() == [[0, 1]]
     assert not mesh.properties
+
+
+def test_moduli_of_sheets_may_be_small_numbers(read):
+    """In units in which they are below one."""
+    sheet = read(GRIDS + "CQUAD4,1,2,1,2,3,4\nPSHELL,2,8,.01\nMAT2,8,.4,.1,,.5,,.2,1.\n").properties["pshell_2"]
+    assert (sheet.material.E2, sheet.material.nu12) == pytest.approx((0.5 - 0.1**2 / 0.4, 0.1 / 0.5))

@@ -1,11 +1,14 @@
 """Rigid elements and multi-point constraints of Nastran decks: kinematics by hand and equivalent models."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from fe.decks import PBAR, STEEL
 
 import modalprep as mp
 from modalprep.errors import InputError
+from modalprep.fe.readers.nastran.constraints import is_line
 
 # three bars from a clamped end, and a cylindrical system about the z axis through grid 6
 FRAME = (
@@ -197,3 +200,14 @@ BAD = {
 def test_one_sentence(read, card, said):
     with pytest.raises(InputError, match=said):
         read(FRAME + TAIL + card)
+
+
+def test_grids_on_one_line():
+    """Wherever the line lies; three grids of a triangle are none."""
+    along = np.array([1.0, -2.0, 0.5])
+    points = np.array([[3.0, 4.0, 5.0]]) + np.array([0.0, 1.0, 2.5])[:, None] * along
+    bent = points + np.array([[0, 0, 0], [0, 0, 0.1], [0, 0, 0]])
+    assert [is_line(SimpleNamespace(grids=SimpleNamespace(points=x)), [0, 1, 2]) for x in (points, bent)] == [
+        True,
+        False,
+    ]
