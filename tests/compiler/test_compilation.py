@@ -315,7 +315,7 @@ def test_first_simulation_needs_one_evaluation_of_the_equations():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     found = dict(part.split(":") for part in done.stdout.split())
     assert found["evaluate"] == found["solve_implicit"] == found["set_weights"] == "1", done.stderr
-    twice = {"inward", "inward_of_closed", "_factor", "_left_of_free", "scatter_rows"}
+    twice = {"inward", "_factor", "_left_of_free", "scatter_rows"}
     assert {name for name, count in found.items() if count != "1"} <= twice  # of small ones their callers hold copies
     assert max(found.values()) == "2"
 

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.closed_loops.responses import write_responses
+from modalprep.multibody.kernels.closed_loops.responses import gather_responses
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.packing.tree import pack
 
@@ -48,12 +48,11 @@ class Evaluation:
         self.udot, self.tau = np.zeros((2, self.packed.nu))
         self.y, self.motion, self.t = y, motion, t
 
-    def solve(self, baumgarte=(0.0, 0.0)):
+    def solve(self):
         kernel.outward(self.packed.model, self.data, self.y, self.motion)
         self.loops.residual(self.data, self.y, self.motion, self.t)
-        assert kernel.inward(self.packed.model, self.data, self.tau, None, 0.0, 0.0) == -1
-        self.loops.forward(self.data, self.tau, self.udot, baumgarte)
-        write_responses(self.loops.work)
+        assert self.loops.accelerations(self.data, self.tau, self.udot) == -1
+        gather_responses(self.loops.work)
         return self.udot
 
 

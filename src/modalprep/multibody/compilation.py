@@ -21,8 +21,8 @@ from modalprep.multibody.integration.generalized_alpha import alpha_step
 from modalprep.multibody.integration.rosenbrock import rosenbrock_step
 from modalprep.multibody.integration.stepping import new_run, set_weights
 from modalprep.multibody.kernels.articulated_body import forward, inward
-from modalprep.multibody.kernels.closed_loops.factor import factorize_and_solve
-from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond
+from modalprep.multibody.kernels.closed_loops.factor import solve_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import inward_with_rows
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import part_of_links
 from modalprep.multibody.packing.tree import pack
@@ -93,8 +93,8 @@ def _needed(system: System) -> Iterator[tuple[Callable, tuple]]:
     run = new_run(y, part_of_links(system, packed), 0, 1e-5, 1e-10, 0.9, 0.0, 1.0, 1.0)
     model, data, tau = eq.model, eq.data, eq.tau
     if loading.loops:
-        yield factorize_and_solve, (eq.work,)
-        yield inward_and_respond, (eq.cons, model, data, eq.work, tau, None, 0.0, 0.0)
+        yield solve_multipliers, (eq.work,)
+        yield inward_with_rows, (eq.cons, model, data, eq.work, tau, None, 0.0, 0.0)
     else:
         yield inward, (model, data, tau, None, 0.0, 0.0)
     yield forward, (model, data, tau, tau)

@@ -33,20 +33,26 @@ from modalprep.multibody.kernels.articulated_body import (
     outward,
     outward_in_world,
 )
-from modalprep.multibody.kernels.closed_loops.compliance import aim, follow, implicit_accelerations, restrain
+from modalprep.multibody.kernels.closed_loops.compliance import (
+    constrain_increment,
+    copy_loop_states,
+    implicit_accelerations,
+    set_targets,
+)
 from modalprep.multibody.kernels.closed_loops.constraints import (
     Constraints,
     Work,
-    any_rows,
     constraint_residual,
+    has_rows,
 )
 from modalprep.multibody.kernels.closed_loops.multipliers import (
     constraint_accelerations,
     constraint_power,
 )
-from modalprep.multibody.kernels.closed_loops.planar_tree import inward_of_closed
-from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
-from modalprep.multibody.kernels.closed_loops.rigid import moving_residual
+from modalprep.multibody.kernels.closed_loops.planar import moves_in_plane
+from modalprep.multibody.kernels.closed_loops.planar_tree import planar_accelerations
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, project_state
+from modalprep.multibody.kernels.closed_loops.responses import inward_with_rows
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import world
@@ -88,7 +94,7 @@ class Equations(NamedTuple):
 
     model: Model
     data: Data
-    trial: Data  # of states that are brought onto closed loops
+    trial: Data  # of states that are projected onto closed loops
     loads: Loads
     motion: np.ndarray  # (nl, 3)
     tau: np.ndarray  # (nu,)
@@ -158,7 +164,7 @@ def load(eq, t, y):
     prescribe(eq.loads, t, eq.motion)
     refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
     set_deployed_masses(eq.reels, model, data, y, eq.motion)
-    if eq.flags[0].loaded or any_rows(eq.cons):
+    if eq.flags[0].loaded or has_rows(eq.cons):
         outward_in_world(model, data, y, eq.motion)
     else:
         outward(model, data, y, eq.motion)
@@ -212,7 +218,7 @@ def _measure(eq, work):
     model = eq.model
     data = eq.data
     shared = eq.shared[0]
-    if not (eq.flags[0].loaded or any_rows(eq.cons)):
+    if not (eq.flags[0].loaded or has_rows(eq.cons)):
         world(model, data)
     kinetic, strain, gravity = 0.0, 0.0, 0.0
     for i in range(len(model.links)):
@@ -229,7 +235,7 @@ def _measure(eq, work):
 def respond(eq, t, y, ydot):
     """Rates of the coordinates and accelerations after `load`; returns GOOD or the link that failed."""
     udot = ydot[eq.model.nx : eq.model.nx + len(eq.tau)]
-    status = _respond_closed(eq, t, y, udot) if any_rows(eq.cons) else _respond_open(eq, udot)
+    status = _accelerations(eq.cons, eq, t, y, udot)
     if status >= 0:
         return status
     kinematic(eq.model, y, ydot)
@@ -237,8 +243,11 @@ def respond(eq, t, y, ydot):
 
 
 @compile_inline
-def _respond_open(eq, udot):
-    """Accelerations without closed loops; returns the status of `inward`."""
+def _accelerations(cons, eq, t, y, udot):
+    """Accelerations with constraints, which may be None; returns the status of `inward`."""
+    if cons is not None:
+        if len(cons.rows) > 0:
+            return _constrained(cons, eq, t, y, udot)
     status = inward(eq.model, eq.data, eq.tau, None, 0.0, 0.0)
     if status < 0:
         forward(eq.model, eq.data, eq.tau, udot)
@@ -246,26 +255,28 @@ def _respond_open(eq, udot):
 
 
 @compile_inline
-def _respond_closed(eq, t, y, udot):
-    """Accelerations with closed loops; returns the status of `inward`."""
-    model, data = eq.model, eq.data
-    moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
-    status = inward_of_closed(eq.cons, model, data, eq.work, eq.tau, None, 0.0, 0.0)
+def _constrained(cons, eq, t, y, udot):
+    """Accelerations with constraints; returns the status of `inward`."""
+    model, data, work = eq.model, eq.data, eq.work
+    if moves_in_plane(work, data):
+        return planar_accelerations(cons, model, data, t, work, eq.tau, udot)
+    constraint_residual(cons, model, data, y, eq.motion, t, work, True)
+    status = inward_with_rows(cons, model, data, work, eq.tau, None, 0.0, 0.0)
     if status < 0:
-        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, eq.tau, udot)
+        constraint_accelerations(cons, model, data, work, eq.tau, udot)
     return status
 
 
 @compile_once
 def close(eq, t, y, stiff, factored):
-    """Bring a state onto closed loops, see `settle`; returns how often it moved something, -1 on failure.
+    """Project a state onto closed loops, see `project_state`; returns the number of changes, -1 on failure.
 
     `factored`: the last `evaluate` was at this state, or very near to it, and `stiff` is zero.
     """
     if eq.cons is None:
         return 0
     prescribe(eq.loads, t, eq.motion)
-    return settle(
+    return project_state(
         eq.cons,
         eq.model,
         eq.data,
@@ -295,13 +306,13 @@ def hinge_slopes(eq):
 def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     """Solve ``(M + c1 D + c2 K) out = F - D by_rate - K by_place`` after `load`; returns the status of `inward`.
 
-    D and K are those of modes and hinges (`linear`) and of springs and bushings. Closed loops hold accelerations, or
-    with `places` the coordinates that ``c2 out + by_place`` leads to from y.
+    D and K are those of modes and hinges (`linear`) and of springs and bushings. Closed loops constrain accelerations,
+    or with `places` the coordinates to which ``c2 out + by_place`` leads from y.
     """
     model, data = eq.model, eq.data
-    follow(eq.work, eq.implicit_work)
+    copy_loop_states(eq.work, eq.implicit_work)
     constraint_residual(eq.implicit, model, data, y, eq.motion, t, eq.implicit_work, True)
-    aim(eq.implicit, model, data, eq.implicit_work, c1, c2, places, by_rate, by_place)
+    set_targets(eq.implicit, model, data, eq.implicit_work, c1, c2, places, by_rate, by_place)
     for u in range(len(out)):
         out[u] = -eq.linear[1, u] * by_rate[u] - eq.linear[0, u] * by_place[u]
     for i in range(len(model.links)):
@@ -309,7 +320,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
             eq.hinge[u] = c1 * eq.linear[1, u] + c2 * eq.linear[0, u]
             eq.tau[u] += out[u]
     add_modal_loads(data.modal, model, out)
-    status = inward_of_closed(eq.implicit, model, data, eq.implicit_work, eq.tau, eq.hinge, c1, c2)
+    status = inward_with_rows(eq.implicit, model, data, eq.implicit_work, eq.tau, eq.hinge, c1, c2)
     if status < 0:
         implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, eq.tau, out)
     return status
@@ -328,7 +339,7 @@ def smooth(eq, c1, c2, e, scratch):
     tau[:] = 0.0
     for u in range(len(e)):
         e[u] += scratch[u]
-    restrain(eq.implicit, model, data, eq.implicit_work, e)
+    constrain_increment(eq.implicit, model, data, eq.implicit_work, e)
 
 
 @compile_once

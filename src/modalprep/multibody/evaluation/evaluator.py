@@ -120,7 +120,7 @@ class Evaluator:
             When they cannot be closed from there.
         """
         found = y.copy()
-        if self.loops and not self.loops.settle(self.data, found, self.loading.prescribe(self.t, self.data), self.t):
+        if self.loops and not self.loops.project(self.data, found, self.loading.prescribe(self.t, self.data), self.t):
             raise SimulationError(f"the closed loops cannot be closed at t = {self.t:g} s from the state given")
         return found
 
@@ -244,7 +244,7 @@ class Evaluator:
             When the mass matrix is not positive.
         """
         udot = np.zeros(self.nu)
-        status = kernel.inward(self.packed.model, self.data, tau + self.loading.tau, None, 0.0, 0.0)
+        status = self._accelerations(tau + self.loading.tau, udot)
         if status >= 0:
             name = next(link.body for link in self.packed.links[status:] if link.body)
             if self.system.bodies[name].n:
@@ -252,12 +252,17 @@ class Evaluator:
             else:
                 why = without_inertia(self.system, self.packed, self.y, name)
             raise SimulationError(why)
-        if self.loops:
-            self.loops.forward(self.data, tau + self.loading.tau, udot)
-        else:
-            kernel.forward(self.packed.model, self.data, tau + self.loading.tau, udot)
         self.udot = udot
         return udot
+
+    def _accelerations(self, tau: np.ndarray, udot: np.ndarray) -> int:
+        """Write the accelerations under all hinge forces; returns the link whose pivot is not positive, else -1."""
+        if self.loops:
+            return self.loops.accelerations(self.data, tau, udot)
+        status = kernel.inward(self.packed.model, self.data, tau, None, 0.0, 0.0)
+        if status < 0:
+            kernel.forward(self.packed.model, self.data, tau, udot)
+        return status
 
     def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:
         """Write the time derivatives of the coordinates to ``ydot (nx + nu,)``."""

@@ -17,8 +17,7 @@ import numpy as np
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
-from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.closed_loops import constraints, pushing, responses
+from modalprep.multibody.kernels.closed_loops import constraint_forces, constraints, responses
 from modalprep.multibody.kernels.closed_loops.factor import RANK_TOLERANCE
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.system import System
@@ -132,17 +131,16 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
     """Return what closures `struck` (numbers) do to a state, after its kinematics, loads and `Loops.residual`."""
     packed, work, system = loops.packed, loops.work, loops.system
     none = np.zeros(packed.nu)
-    if kernel.inward(packed.model, data, none, None, 0.0, 0.0) >= 0:
+    if responses.inward_with_rows(loops.arrays, packed.model, data, work, none, None, 0.0, 0.0) >= 0:
         raise SimulationError(f"impact at t = {t:g} s: the mass matrix is not positive, a deflection is too large")
-    responses.respond(loops.arrays, packed.model, data, work, none)
-    responses.write_responses(work)
+    responses.gather_responses(work)
     acting = {k: 1.0 for k in range(len(system.closures)) if loops.active(k)}
     acting |= dict.fromkeys(struck, 1 + restitution)
     contacts = {k: _contact(loops, k) for k in acting if loops.closing.sliding(k)}
     target = _target(loops, acting)
     what = f"impact at t = {t:g} s"
     work.multiplier[:], sticks = impulses(work.S, work.rate, target, list(contacts.values()), what)
-    pushing.yield_to_multipliers(packed.model, data, work)
+    constraint_forces.multiplier_response(packed.model, data, work)
     after = y.copy()
     after[packed.nx : packed.nx + packed.nu] += work.step
     return Impact(
@@ -166,7 +164,7 @@ def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:
     for k, factor in acting.items():
         slide = closing.sliding(k)
         for i in closing.of(k):
-            if work.S[i, i] > (0.0 if i in slide else closing.floor[i]):
+            if work.S[i, i] > (0.0 if i in slide else closing.least_mobility[i]):
                 target[i] = -work.rate[i] * (1.0 if i in slide else factor)
     return target
 
@@ -175,7 +173,7 @@ def _work_done(loops: Loops) -> float:
     """Work of the impulses on the mean of the rates before and after, without those of prescribed values."""
     work = loops.work
     frictional = np.array([row.kind == constraints.SLIP for row in loops.closing.rows])
-    moving = work.rate + np.where(frictional, 0.0, work.push)
+    moving = work.rate + np.where(frictional, 0.0, work.driven_rate)
     return float(work.multiplier @ (moving + work.S @ work.multiplier / 2))
 
 

@@ -1,4 +1,4 @@
-"""The closed loops of one run: packed, with their scratch; assembly of the start, projection after steps."""
+"""Closed loops of one run: packed constraints, assembly of the start, projection after steps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection, responses
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
-from modalprep.multibody.kernels.closed_loops.projection import CLOSED, FACE, MOST_STEPS
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, ORIENTATION
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
@@ -21,11 +21,11 @@ from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 
 NO_DISTANCE = 1e-9  # of the size of the system: below it a distance counts as zero
-MOVED = 1e-6  # rad or m, of an assembly: what is told
+MOVED = 1e-6  # rad or m: smaller motions of an assembly are not noted
 
 
 def _is_constant(closing: Closing) -> bool:
-    """Whether packed constraints are those of any time span."""
+    """Return whether packed constraints do not depend on the time span."""
     return len(closing.arrays.tables.until) == 0
 
 
@@ -65,26 +65,26 @@ class Loops:
         self.arrays = self.closing.arrays
         self.work = constraint_work(self.arrays, packed, self.closing.value)
         self.trial = packed.data()
-        self.faces, self.kept = rows(FACE, self._faces()), self._kept()
+        self.orientations, self.kept = rows(ORIENTATION, self._orientations()), self._kept()
         self._moved: list[str] = []
         self._redundant: list[str] = []
         for k, closure in enumerate(system.closures):
             self.activate(k, closure.active)
 
     def activate(self, closure: int, active: bool) -> None:
-        """Let a closure hold, or let it go: then its rows are measured, but push nothing and count as closed."""
+        """Make a closure active or not: then its rows are evaluated, but have no multipliers and count as closed."""
         own = self.closing.of(closure)
         self.work.unit[own] = self.closing.unit[own] if active else 0.0
-        self.work.floor[own] = self.closing.floor[own] if active else np.inf
-        factor.weigh(self.work)
+        self.work.least_mobility[own] = self.closing.least_mobility[own] if active else np.inf
+        factor.update_weights(self.work)
 
     def active(self, closure: int) -> bool:
-        """Return whether a closure holds."""
-        return bool(self.holding[self.closing.of(closure)].any())
+        """Return whether a closure is active."""
+        return bool(self.active_rows[self.closing.of(closure)].any())
 
     @property
-    def holding(self) -> np.ndarray:
-        """Which rows hold (m,): all but those of friction, and those of closures let go."""
+    def active_rows(self) -> np.ndarray:
+        """Which rows are active (m,): all but those of friction and of inactive closures."""
         return self.work.unit > 0
 
     @property
@@ -93,26 +93,27 @@ class Loops:
         return self.arrays.tables.until
 
     def enter(self, begin: float, end: float) -> None:
-        """Say which stretch between breaks is integrated."""
+        """Set the interval between breaks that is integrated."""
         self.arrays.tables.middle[0] = (begin + end) / 2
 
     def residual(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> None:
-        """Measure all rows, after `kernel.outward`."""
+        """Evaluate all rows, after `kernel.outward`."""
         world(self.packed.model, data)
         constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work, False)
 
     def rate_slopes(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
-        """Return the derivatives of the rates of all rows by the speeds (m, nu); prescribed hinges stand still."""
+        """Return the Jacobian (m, nu) of the rates of all rows by the speeds, prescribed joints at rest."""
         out = np.empty((len(self.arrays.rows), self.packed.nu))
         projection.rate_slopes(self.arrays, self.packed.model, data, y.copy(), motion, t, self.work, out)
         return out
 
-    def forward(
-        self, data: Data, tau: np.ndarray, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)
-    ) -> None:
-        """Write the accelerations of the closed system, as `kernel.forward` does those of the open one."""
-        responses.respond(self.arrays, self.packed.model, data, self.work, tau)
-        multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, tau, udot)
+    def accelerations(self, data: Data, tau: np.ndarray, udot: np.ndarray) -> int:
+        """Write the accelerations of the closed system after `residual`; returns the status of `kernel.inward`."""
+        given = self.arrays, self.packed.model, data, self.work, tau
+        status = responses.inward_with_rows(*given, None, 0.0, 0.0)
+        if status < 0:
+            multipliers.constraint_accelerations(*given, udot)
+        return status
 
     def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Return the consistent state nearest to y, and write the notes.
@@ -129,8 +130,9 @@ class Loops:
         found = np.empty_like(y)
         hinge = np.empty(self.packed.nu)
         closing = self.closing
-        given = self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, self.faces, self.kept, hinge
-        if not projection.assemble(*given, self.packed.softest, closing.size, found):
+        given = self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work
+        kept = self.orientations, self.kept, hinge
+        if not projection.assemble(*given, *kept, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
         self._refuse_no_distance()
         self._moved = []
@@ -143,11 +145,11 @@ class Loops:
 
     @property
     def notes(self) -> list[str]:
-        """What was moved to close the loops, and which conditions are redundant."""
+        """Joints moved to close the loops, and redundant conditions."""
         return [*self._moved, *self._redundant]
 
     def _refuse_no_distance(self) -> None:
-        """Refuse distances that are zero as at the start: they have no direction."""
+        """Refuse distances that are zero at the start: they have no direction."""
         for row, value in zip(self.closing.rows, self.work.value, strict=True):
             none = row.kind == DISTANCE and row.function is None and abs(value) <= NO_DISTANCE * self.closing.size
             if none and self.active(row.closure):
@@ -157,14 +159,14 @@ class Loops:
                     "use type = 'spherical', which keeps both points together"
                 )
 
-    def settle(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
-        """Project a state in place, stiff modes moving least; False when it cannot be closed."""
+    def project(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
+        """Project a state in place, stiff modes changing least; False when it cannot be closed."""
         none = np.zeros(self.packed.nu)
         args = (self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, none)
-        return projection.settle(*args, self.packed.softest, CLOSED, MOST_STEPS, False) >= 0
+        return projection.project_state(*args, self.packed.softest, CLOSED, MOST_STEPS, False) >= 0
 
     def begin(self, closure: int) -> None:
-        """Let a closure hold the ends as they are, after `residual`."""
+        """Activate a closure with its ends as they are, after `residual`."""
         own = self.closing.of(closure)
         self.work.value[own] += self.work.phi[own]
         self.activate(closure, True)
@@ -187,8 +189,8 @@ class Loops:
     def _axes(self, end: int) -> np.ndarray:
         return self.work.ends["rotation"][end].reshape(3, 3) @ self._align(end).T
 
-    def _faces(self) -> list[tuple]:
-        """Return the closures that could close the other way round, as records FACE."""
+    def _orientations(self) -> list[tuple]:
+        """Return the closures that could close with reversed directions, as records ORIENTATION."""
         found = []
         for k, closure in enumerate(self.system.closures):
             turns = [i for i in self.closing.of(k) if self.closing.rows[i].kind == ANGLE]
@@ -200,7 +202,7 @@ class Loops:
         return found
 
     def _kept(self) -> np.ndarray:
-        """Return the links whose coordinates should stay in an assembly (nk,)."""
+        """Return the links of joints with `keep_start` (nk,)."""
         links = zip(self.packed.links, self.packed.types.tolist(), strict=True)
         return np.array([i for i, (link, kind) in enumerate(links) if link.joint.keep_start and SPEEDS[kind]], int)
 
@@ -210,13 +212,13 @@ class Loops:
         return self.packed.align(link) if link >= 0 else np.eye(3)
 
     def _to_nearest_turn(self, before: np.ndarray, after: np.ndarray) -> None:
-        """Take whole turns off what hinges were turned by, but those of couplers, which count them."""
+        """Reduce rotations of hinges to less than half a turn, but not of those in couplers, which count turns."""
         for i, link in enumerate(self.packed.model.links):
             if self.packed.types[i] == REVOLUTE and not np.any(self.arrays.terms["link"] == i):
                 after[link["x"]] -= 2 * np.pi * np.round((after[link["x"]] - before[link["x"]]) / (2 * np.pi))
 
     def _refuse_far(self, before: np.ndarray, after: np.ndarray) -> None:
-        """Refuse a motion of a joint beyond the reach that the closures ask for."""
+        """Refuse a motion of a joint beyond the reach of the closures."""
         reach = max(closure.reach for closure in self.system.closures)
         far, name, unit, most = max(self._motions(before, after), default=(0.0, "", "", 0.0))
         if far > reach:
@@ -227,7 +229,7 @@ class Loops:
             )
 
     def _motions(self, before: np.ndarray, after: np.ndarray) -> list[tuple[float, str, str, float]]:
-        """Return how far each joint was moved: relative to what a reach of 1 allows, its name, its unit, the motion."""
+        """Return the motion of each joint: relative to a reach of 1, its name, its unit, absolute."""
         found = []
         size = self.closing.size
         for i, link in enumerate(self.packed.links):
@@ -258,10 +260,10 @@ class Loops:
 
     @property
     def redundant(self) -> np.ndarray:
-        """Rows that the last factorisation left out (k,)."""
-        left = self.holding
-        left[self.work.order[: self.work.rank[0]]] = False
-        return np.flatnonzero(left)
+        """Redundant rows of the last factorisation (k,)."""
+        redundant = self.active_rows
+        redundant[self.work.order[: self.work.rank[0]]] = False
+        return np.flatnonzero(redundant)
 
     def note_redundant(self, left: np.ndarray) -> None:
         """Note rows (k,) that are redundant, by closure."""
@@ -275,14 +277,14 @@ class Loops:
                 )
 
     def _gap(self, data, y, motion, t) -> str:
-        """Say which closure stays open, and by how much."""
+        """Return a sentence on the closure that stays open, and its gap."""
         found = y.copy()
         model = self.packed.model
         arrays = self.arrays
         metric = self.work, np.zeros(self.packed.nu), self.packed.softest
         given = arrays, model, data, self.trial, found, motion, t, *metric, CLOSED, MOST_STEPS, False
         reached = projection.project_positions(*given) >= 0
-        if reached and projection.faces_away(self.faces, self.work):
+        if reached and projection.is_reversed(self.orientations, self.work):
             return "the loops close only with an axis pointing the other way; give start values nearer to closed loops"
         if reached:
             projection.project_velocities(arrays, model, data, found, motion, *metric, 0.0, False)
@@ -300,12 +302,12 @@ class Loops:
         )
 
     def widest(self) -> str:
-        """Say which closure the last projection left open."""
+        """Return a sentence on the closure that the last projection left open."""
         what, stops, gap, unit = self._worst(self.work.phi)
         return f"{what} cannot be kept closed: {stops}, a gap of {gap:.3g} {unit} is left"
 
     def _worst(self, values: np.ndarray) -> tuple[str, str, float, str]:
-        """Return closure, what it stops, size and unit of the largest of ``values (m,)``."""
+        """Return closure, what it prevents, size and unit of the largest of ``values (m,)``."""
         sizes = np.abs(values) * self.work.unit
         worst = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
         row = self.closing.rows[worst]

@@ -38,7 +38,8 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     as redundant.
     """
     left, work = loading.loops.redundant, loading.loops.work
-    if not np.any(work.usual[left] > work.floor[left]):  # others hold what nothing moves, anywhere
+    mobile = work.reference_mobility[left] > work.least_mobility[left]
+    if not np.any(mobile):  # in no position
         return None
     course = Course(loading, (0.0, 0.0), (y, y), Regular(0, 0.0))
     u, sizes, v = np.linalg.svd(course.jacobian(y, 0.0))

@@ -35,7 +35,7 @@ class ChangePoints:
         self._before: Course | None = None
         loops = loading.loops
         self._y = y[:-1]
-        self._holding = 0 if loops is None else np.count_nonzero(loops.holding)
+        self._active = 0 if loops is None else np.count_nonzero(loops.active_rows)
         self._rank = 0 if loops is None else int(loops.work.rank[0])
 
     def look(self, run: Run) -> bool:
@@ -71,10 +71,10 @@ class ChangePoints:
     def _regular(self) -> Regular:
         """Return what the rows are, also where the last state is so near a change point that it has lost one."""
         loops = self.loading.loops
-        holding = np.count_nonzero(loops.holding)
-        if holding != self._holding:  # after an event
-            self._holding, self._rank = holding, 0
-        self._rank = max(self._rank, int(loops.work.held[0]))
+        active = np.count_nonzero(loops.active_rows)
+        if active != self._active:  # after an event
+            self._active, self._rank = active, 0
+        self._rank = max(self._rank, int(loops.work.closed_rank[0]))
         return Regular(self._rank, self._size)
 
     def notes(self) -> list[str]:

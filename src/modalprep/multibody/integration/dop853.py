@@ -11,7 +11,11 @@ from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate, evalu
 from modalprep.multibody.integration.dop853_table import A_DENSE, C_DENSE, DENSE, FIFTH, STAGES, THIRD, A, B, C
 from modalprep.multibody.integration.stepping import OPEN, larger, set_weights
 from modalprep.multibody.kernels.algebra.tuples import copy
-from modalprep.multibody.kernels.closed_loops.multipliers import begins_regular, is_deep, is_near
+from modalprep.multibody.kernels.closed_loops.singularities import (
+    begins_regular,
+    is_nearly_singular,
+    is_singular,
+)
 
 # Steps across a singular position are long and bent, which their output feels. Where one has too large an error, a
 # stage is mostly too near to that position: a step that is a little shorter has it elsewhere.
@@ -47,7 +51,7 @@ def explicit_step(eq, run, t, h):
 
 @compile_once
 def _stages(eq, run, t, h, closed):
-    """Write all derivatives and `new`; returns a status, and whether a stage `is_near` and `is_deep`."""
+    """Write all derivatives and `new`; returns a status, and whether a stage `is_nearly_singular` and `is_singular`."""
     K, near, deep = run.K, False, False
     copy(run.ydot, K[0])
     for s in range(1, STAGES + 1):
@@ -62,8 +66,8 @@ def _stages(eq, run, t, h, closed):
             status = evaluate_measured(eq, time, run.new, K[s])
         if status != GOOD:
             return status, near, deep
-        near = near or is_near(eq.work)
-        deep = deep or is_deep(eq.work)
+        near = near or is_nearly_singular(eq.work)
+        deep = deep or is_singular(eq.work)
     return GOOD, near, deep
 
 
@@ -132,7 +136,7 @@ def explicit_rows(eq, run, t, h):
         status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
         if status != GOOD:
             return status
-        deep = deep or is_deep(eq.work)
+        deep = deep or is_singular(eq.work)
     if deep and _avoidable(eq, run, t):
         return OPEN
     for k in range(n):

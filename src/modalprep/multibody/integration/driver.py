@@ -26,12 +26,12 @@ from modalprep.multibody.integration.stepping import (
     set_weights,
 )
 from modalprep.multibody.kernels.algebra.tuples import copy
-from modalprep.multibody.kernels.closed_loops.multipliers import (
+from modalprep.multibody.kernels.closed_loops.singularities import (
     begin_step,
     came_near,
-    free_rank,
-    hold_rank,
-    near_singular,
+    ends_singular,
+    keep_rank,
+    reset_rank,
 )
 from modalprep.multibody.kernels.joints import normalise
 
@@ -85,9 +85,9 @@ def begin(eq, run, method, t, stop):
     copy(run.y, run.old)
     run.rows[:] = 0.0
     run.count[0].evaluations += 1
-    free_rank(eq.work)
+    reset_rank(eq.work)
     status = evaluate_measured(eq, t, run.y, run.ydot)
-    hold_rank(eq.work)
+    keep_rank(eq.work)
     if status != GOOD:
         return status
     write_turns(eq.loads, eq.model, eq.data, run.turns[0])
@@ -241,9 +241,9 @@ def _hold(eq, run, method, h, t, last):
         run.count[0].evaluations += 1
         status = evaluate_measured(eq, t, run.new, run.newdot)
     begun_there = h < FOLLOWS * run.clock[0].last_step
-    if not last and not begun_there and near_singular(eq.work, run.clock[0].error == 1.0):
+    if not last and not begun_there and ends_singular(eq.work, run.clock[0].error == 1.0):
         return OPEN
-    hold_rank(eq.work)
+    keep_rank(eq.work)
     return status
 
 

@@ -12,7 +12,7 @@ from modalprep.multibody.elements.half_turns import turning
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.evaluation.singular import gimbal_lock, without_inertia
 from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
-from modalprep.multibody.kernels.closed_loops.multipliers import DEEP
+from modalprep.multibody.kernels.closed_loops.singularities import SINGULAR
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.reference.equations import mass_and_force
@@ -64,7 +64,7 @@ def failure(run: Running, t: float) -> SimulationError:
     cause = int(run.steps.count[0].cause)
     begin = f"simulation stopped at t = {t:.6g} s: "
     loops = run.loading.loops
-    near = loops and min(loops.work.sine[0], loops.work.sine[1]) < DEEP
+    near = loops and min(loops.work.sine[0], loops.work.closed_sine[0]) < SINGULAR
     locked = loops and _locked(run, t)
     if near and not locked:
         return SimulationError(
@@ -239,7 +239,7 @@ def _locked(run: Running, t: float) -> bool:
     """Whether the loops do not close a little later."""
     later = t + LATER * run.watch.times[-1]
     y = run.steps.y[:-1].copy()
-    return not run.loading.loops.settle(run.equations.data, y, run.loading.prescribe(later, run.equations.data), later)
+    return not run.loading.loops.project(run.equations.data, y, run.loading.prescribe(later, run.equations.data), later)
 
 
 def _not_finite(run: Running) -> str:

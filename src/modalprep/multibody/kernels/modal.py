@@ -231,12 +231,12 @@ def _condense_rows(modal, s, n, begin, end, work):
                 put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * modal.M_ff[s, a, b])
             put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, M_fr))
             put_lanes(free, 0, get_lanes(free, 0) - f * modal.b_f[s, a])
-            put_lanes(own.drive, 0, f)
+            put_lanes(own.joint_force, 0, f)
             for q in range(begin, p + 1):
                 S = work.bundles[k].S if q == p else work.between[k, work.paths.entries[q].bundle].S
                 other = get_lanes(work.modal[q], 4 * a)
                 for c in range(work.paths.bundles[k].count):
-                    put_lanes(S, 4 * c, get_lanes(S, 4 * c) + own.drive[c] * other)
+                    put_lanes(S, 4 * c, get_lanes(S, 4 * c) + own.joint_force[c] * other)
 
 
 @compile_inline
@@ -289,9 +289,9 @@ def add_row_to_modes(modal, model, i, force, torque, out, entry):
     if modal is not None:
         slot = model.links[i].phi
         if slot >= 0:
-            forces = out[entry.up]
+            forces = out[entry.parent]
             for a in range(model.links[model.links[i].parent].modes):
-                before = get_lanes(forces, 4 * a) if entry.adds else four(0.0)
+                before = get_lanes(forces, 4 * a) if entry.accumulates else four(0.0)
                 put_lanes(forces, 4 * a, before + on_shape(modal, slot, a, force, torque))
 
 

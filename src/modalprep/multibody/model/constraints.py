@@ -58,8 +58,8 @@ class Closure(Record):
         ``body.interface``, or one of them ``ground``.
     axis, second_axis : (3,)
         In a's axes; second axis of a universal joint, fixed in b. The conditions of a weld or a spherical closure are
-        written along and across `axis`; their results do not depend on it, but a loop is taken as planar, which is
-        faster, only where it is the normal.
+        written along and across `axis`; their results do not depend on it, but a system that moves in one plane is
+        evaluated in this plane, which is faster, only where `axis` is its normal.
     position : (3,)
         m, inertial: the end on the ground.
     rotation : (3, 3), (4,) or ((3,), float)

@@ -39,11 +39,13 @@ from modalprep.multibody.packing.row_paths import row_paths
 from modalprep.multibody.packing.time_tables import tabulate
 from modalprep.multibody.packing.tree import blank, rows, turn_to
 
-IMMOBILE = 1e-18  # a row whose mobility is below this share of 1 / mass moves nothing: 1e-9 of a lever
+IMMOBILE = 1e-18  # of 1 / mass: mobility below which a row counts as immobile, that of a lever of 1e-9
+BY_ROW = ("phi", "rate", "bias", "driven_rate", "residual", "target", "compliance", "multiplier", "free")  # of `Work`
+BY_LANE = ("diagonal", "remaining", "inverse", "rhs", "reduced", "solution")
 
 
 class Row(NamedTuple):
-    """One scalar condition of a closure: its kind, vectors in the ends' axes, value and function, what it stops."""
+    """One scalar constraint of a closure: its kind, vectors in the ends' axes, value and function, what it prevents."""
 
     closure: int
     kind: int
@@ -57,14 +59,14 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Closing:
-    """Packed constraints and the rows they were made of."""
+    """Packed constraints, and the rows from which they were packed."""
 
     arrays: Constraints
     rows: tuple[Row, ...]
     size: float  # m, unit of lengths
     value: np.ndarray  # (m,) of the rows, see `Work`
     unit: np.ndarray  # (m,) of rows that are active
-    floor: np.ndarray  # (m,)
+    least_mobility: np.ndarray  # (m,)
 
     def of(self, closure: int) -> list[int]:
         """Return the rows of a closure."""
@@ -76,19 +78,19 @@ class Closing:
         return {closure: list(found) for closure, found in groupby(range(len(of)), of.__getitem__)}
 
     def sliding(self, closure: int) -> list[int]:
-        """Return the rows of a closure that have friction only."""
+        """Return the SLIP rows of a closure, those of its friction."""
         return [i for i in self.of(closure) if self.rows[i].kind == SLIP]
 
     def normal(self, closure: int) -> list[int]:
-        """Return its other rows, those that hold."""
+        """Return the other rows of a closure, which constrain it."""
         return [i for i in self.of(closure) if self.rows[i].kind != SLIP]
 
 
 ZERO = np.zeros(3)
 DISPLACEMENTS = {"x": 0, "y": 1, "z": 2}
 ROTATIONS = {"x": (2, 1), "y": (2, 0), "z": (0, 1)}
-# what each type holds fast: displacements and turns in the frame whose z is the axis
-HOLDS = {
+# displacements and rotations that each type constrains, in the frame whose z is the axis
+CONSTRAINED = {
     "weld": ("xyz", "xyz"),
     "revolute": ("xyz", "xy"),
     "prismatic": ("xy", "xyz"),
@@ -122,21 +124,21 @@ def pack_constraints(system: System, packed: Packed, t_end: float, shortest_even
     size = _size(system)
     mass = sum(body.m for body in system.bodies.values())
     packed_rows = blank(ROW, len(conditions))
-    value, unit, floor = np.zeros((3, len(conditions)))
+    value, unit, least_mobility = np.zeros((3, len(conditions)))
     for i, row in enumerate(conditions):
-        at = packed_rows[i]
+        own = packed_rows[i]
         length = row.kind in (POINT, DISTANCE)
-        at["kind"] = row.kind
-        at["a"] = 2 * row.closure
-        at["b"] = 2 * row.closure + 1
-        at["table"] = -1 if row.function is None else next(numbers)
-        at["in_a"], at["in_b"], at["stiffness"] = row.in_a, row.in_b, np.inf
+        own["kind"] = row.kind
+        own["a"] = 2 * row.closure
+        own["b"] = 2 * row.closure + 1
+        own["table"] = -1 if row.function is None else next(numbers)
+        own["in_a"], own["in_b"], own["stiffness"] = row.in_a, row.in_b, np.inf
         value[i] = row.value
         unit[i] = 1 / size if length else 1.0
-        floor[i] = {COUPLER: 0.0}.get(row.kind, IMMOBILE / mass * (1.0 if length else size**-2))
+        least_mobility[i] = {COUPLER: 0.0}.get(row.kind, IMMOBILE / mass * (1.0 if length else size**-2))
         if row.kind == SLIP:
-            at["friction"], at["sliding"] = row.friction
-            unit[i], floor[i] = 0.0, np.inf
+            own["friction"], own["sliding"] = row.friction
+            unit[i], least_mobility[i] = 0.0, np.inf
     terms = [
         term for i, row in enumerate(conditions) for term in _terms(system, packed, i, system.closures[row.closure])
     ]
@@ -147,18 +149,18 @@ def pack_constraints(system: System, packed: Packed, t_end: float, shortest_even
         packed_rows,
         rows(TERM, terms),
     )
-    return Closing(arrays, tuple(conditions), size, value, unit, floor)
+    return Closing(arrays, tuple(conditions), size, value, unit, least_mobility)
 
 
 def no_constraints(tables: Tables) -> Constraints:
-    """Return constraints without a row, for a system that has compliant ones alone."""
+    """Return constraints without a row, of a system whose only constraints are compliant."""
     return Constraints(tables, *(blank(dtype, 0) for dtype in (END, ROW, TERM)))
 
 
 def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float = 1.0) -> Work:
-    """Allocate what changes in constraints, all active; lengths count by a size (m)."""
-    held = *(table.tobytes() for table in (arrays.ends, arrays.rows, arrays.terms)), size
-    work = packed.pattern(held, lambda: Pattern(_work(arrays, packed, size))).copy()
+    """Return the Work of constraints, all active; lengths relative to a size (m)."""
+    key = *(table.tobytes() for table in (arrays.ends, arrays.rows, arrays.terms)), size
+    work = packed.pattern(key, lambda: Pattern(_work(arrays, packed, size))).copy()
     if value is not None:
         work.value[:] = value
     return work
@@ -174,43 +176,44 @@ def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
     nb = len(paths.bundles)
     unit = np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0)
     return Work(
-        np.zeros(m),
-        unit,
-        np.zeros(m),
-        np.zeros(m),
-        _ends_at_rest(arrays),
-        *(np.zeros(m) for _ in range(9)),
-        np.zeros((m, m)),
-        *(np.zeros((WIDTH * nb, WIDTH * nb)) for _ in range(2)),
-        *(np.zeros(WIDTH * nb) for _ in range(6)),
-        np.zeros(WIDTH * nb, dtype=np.int64),
-        np.arange(m),
-        np.zeros(1, dtype=np.int64),
-        np.full(1, m),
-        np.zeros(1, dtype=np.int64),
-        np.ones(3),
-        *(np.zeros(nu) for _ in range(2)),
-        paths,
-        blank(GROUP_DATA, len(paths.groups)),
-        _bundles_at_rest(paths.row, unit),
-        blank(ENTRY_DATA, len(paths.entries)),
-        np.zeros((len(paths.entries), WIDTH * N)),
-        blank(RESPONSES, nb, nb),
-        np.zeros(6 * WIDTH),
-        np.zeros((ne, N, 6)),
+        value=np.zeros(m),
+        unit=unit,
+        least_mobility=np.zeros(m),
+        reference_mobility=np.zeros(m),
+        ends=_ends_at_rest(arrays),
+        **{name: np.zeros(m) for name in BY_ROW},
+        S=np.zeros((m, m)),
+        **{name: np.zeros((WIDTH * nb, WIDTH * nb)) for name in ("factor", "columns")},
+        **{name: np.zeros(WIDTH * nb) for name in BY_LANE},
+        pivots=np.zeros(WIDTH * nb, dtype=np.int64),
+        order=np.arange(m),
+        rank=np.zeros(1, dtype=np.int64),
+        closed_rank=np.full(1, m),
+        in_plane=np.zeros(1, dtype=np.int64),
+        **{name: np.ones(1) for name in ("sine", "closed_sine", "least_sine")},
+        tau=np.zeros(nu),
+        step=np.zeros(nu),
+        paths=paths,
+        groups=blank(GROUP_DATA, len(paths.groups)),
+        bundles=_all_active(paths.row, unit),
+        entries=blank(ENTRY_DATA, len(paths.entries)),
+        modal=np.zeros((len(paths.entries), WIDTH * N)),
+        between=blank(RESPONSES, nb, nb),
+        speeds=np.zeros(6 * WIDTH),
+        shape=np.zeros((ne, N, 6)),
     )
 
 
-def _bundles_at_rest(row: np.ndarray, unit: np.ndarray) -> np.ndarray:
-    """Return what is written of the bundles, all rows active; places without a row cannot move."""
+def _all_active(row: np.ndarray, unit: np.ndarray) -> np.ndarray:
+    """Return the data of the bundles with all rows active; lanes without a row are immobile."""
     found = blank(BUNDLE_DATA, len(row) // WIDTH)
     found.weight[:] = np.where(row >= 0, unit[row] ** 2, 0.0).reshape(-1, WIDTH)
-    found.floor[:] = np.where(row >= 0, 0.0, np.inf).reshape(-1, WIDTH)
+    found.least_mobility[:] = np.where(row >= 0, 0.0, np.inf).reshape(-1, WIDTH)
     return found
 
 
 def _ends_at_rest(arrays: Constraints) -> np.ndarray:
-    """Return what is written of the ends, those on the ground at their places."""
+    """Return the data of the ends, those on the ground at their places."""
     found = blank(END_DATA, len(arrays.ends))
     ground = arrays.ends["link"] < 0
     found.position[ground] = arrays.ends["position"][ground]
@@ -231,7 +234,7 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
             if path is not None
         ]
     frame = turn_to(closure.axis)
-    moves, turns = HOLDS[closure.type]
+    moves, turns = CONSTRAINED[closure.type]
     rows = [_point(k, closure, frame[:, DISPLACEMENTS[c]], None) for c in moves]
     if closure.friction_coefficient:
         along = [frame[:, c] for c in range(3) if "xyz"[c] not in moves]
@@ -265,11 +268,11 @@ def _vector(axis: np.ndarray) -> str:
 def _ends(system: System, packed: Packed, closure: Closure | Coupler) -> list[tuple]:
     """Return the ends of a closure as records END; those of a coupler are not read."""
     unit = np.eye(3).ravel()
-    places = [None, None]
+    located = [None, None]
     if not isinstance(closure, Coupler):
-        places = [locate(system.bodies, end, closure.name) for end in (closure.a, closure.b)]
+        located = [locate(system.bodies, end, closure.name) for end in (closure.a, closure.b)]
     position = np.zeros(3) if isinstance(closure, Coupler) else closure.position
-    return [(packed.link_of(at[0]), at[1], position, unit) if at else (-1, 0, position, unit) for at in places]
+    return [(packed.link_of(end[0]), end[1], position, unit) if end else (-1, 0, position, unit) for end in located]
 
 
 def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler) -> list[tuple]:
@@ -279,9 +282,9 @@ def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler)
     for text, factor in closure.factors.items():
         joint, k = coordinate_of(text, system.coordinate_counts, closure.name)
         moving = [i for i in packed.links_of(joint) if packed.types[i] in (REVOLUTE, SLIDING, PRESCRIBED)]
-        at = packed.model.links[moving[k]]
+        link = packed.model.links[moving[k]]
         free = packed.types[moving[k]] != PRESCRIBED
-        found.append((row, moving[k], at["x"] if free else -1, at["u"] if free else -1, float(factor)))
+        found.append((row, moving[k], link["x"] if free else -1, link["u"] if free else -1, float(factor)))
     return found
 
 

@@ -1,4 +1,4 @@
-"""Rows of constraints by fours, and the links that they act on."""
+"""Rows of constraints in vectors of four, and the links on which they act."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops.constraints import (
-    ABOUT,
     ANGLE,
     BUNDLE,
     COUPLER,
@@ -24,19 +23,19 @@ from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 
-PARALLEL = 1e-12  # of unit vectors: far below the lever of a row that `packing.constraints.IMMOBILE` lets move
+PARALLEL = 1e-12  # sine of parallel directions, far below the lever of `packing.constraints.IMMOBILE`
 
 
 def row_paths(arrays: Constraints, packed: Packed) -> Paths:
-    """Return the rows by fours: groups between the same ends, and bundles that act on nearly the same links.
+    """Return groups of up to four rows between the same ends, and bundles of groups that act on nearly the same links.
 
-    Rows that no joint between their ends can move, as those that leave the plane of a planar mechanism, act on none.
+    Rows that no joint between their ends can move act on none: in a planar mechanism those out of its plane.
     """
     links = packed.model.links
     parent = np.where(links["parent"] < len(links), links["parent"], -1).tolist()
-    moving = _moving(arrays, links, parent)
-    members = _groups(arrays, moving)
-    paths = [_path(arrays, parent, rows[0]) if moving[rows[0]] else [] for rows in members]
+    movable = _movable(arrays, links, parent)
+    members = _groups(arrays, movable)
+    paths = [_path(arrays, parent, rows[0]) if movable[rows[0]] else [] for rows in members]
     bundled = _bundles(arrays, members, paths)
     acts = sorted({(-link, b) for b, own in enumerate(bundled) for k in own for link in paths[k]})
     entry = {(-link, b): p for p, (link, b) in enumerate(acts)}
@@ -51,24 +50,21 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
             groups[k].bundle, groups[k].lane = b, count
             bundles[b].rows[count : count + len(members[k])] = members[k]
             bundles[b].count += len(members[k])
-            groups[k].first = count == 0
     for k, rows_of in enumerate(members):
         _fill(arrays, links, groups[k], rows_of, entry)
         lane[rows_of] = WIDTH * k + groups[k].lane + np.arange(len(rows_of))
     places = np.where(np.arange(WIDTH) < bundles.count[:, None], bundles.rows, -1).ravel()
+    count = sum(movable[rows[0]] for rows in members)
     slides = int((arrays.rows["kind"] == SLIP).sum())
-    counts = sum(moving[rows[0]] for rows in members), slides, slides + int((arrays.rows["table"] >= 0).sum())
+    driven = slides + int((arrays.rows["table"] >= 0).sum())
     entries = _entries(arrays, links, parent, entry, groups, lane)
     entries.count = bundles.count[entries.bundle]
-    passed = sorted({link for path in paths for link in path})
-    planar = _planar(arrays, links, passed, moving)
-    in_plane = planar and _planar(arrays, links, list(range(len(links))), moving)
-    kinds = _rigid(links, groups[: counts[0]]), planar, in_plane
-    return Paths(groups, bundles, lane, places, entries, *counts, *kinds)
+    planar = _planar(arrays, links, movable)
+    return Paths(groups, bundles, lane, places, entries, count, slides, driven, planar)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
-    """Return the groups of each bundle: one joins the last bundle where there is room, and a link that both act on."""
+    """Return the groups of each bundle: they fit into its lanes, and each acts on a link of those before it."""
     found: list[list[int]] = []
     room = 0
     links = set()
@@ -86,28 +82,22 @@ def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int
     return found
 
 
-def _rigid(links, groups: np.ndarray) -> bool:
-    """Return whether no end of these groups is on a flexible body."""
-    ends = np.concatenate([groups["link_a"], groups["link_b"]])
-    return not links["modes"][ends[ends >= 0]].any()
-
-
-def _planar(arrays: Constraints, links, passed: list[int], moving: list[bool]) -> bool:
-    """Return whether all moving rows hold points in a plane, in which the links that they act on move about hinges."""
-    if not passed or links["modes"][passed].any() or (links["joint"][passed] != REVOLUTE).any():
+def _planar(arrays: Constraints, links, movable: list[bool]) -> bool:
+    """Return whether all links are rigid on parallel hinges, and all movable rows constrain points across these."""
+    if not any(movable) or links["modes"].any() or (links["joint"] != REVOLUTE).any():
         return False
-    turns = links["rotation"][passed].reshape(-1, 3, 3)
-    roots = links["parent"][passed] >= len(links)
+    turns = links["rotation"].reshape(-1, 3, 3)
+    roots = links["parent"] >= len(links)
     z = np.array([0, 0, 1.0])
-    normals = turns[roots] @ [0, 0, 1.0]
+    normals = turns[roots] @ z
     inner = turns[~roots]
     tilts = inner @ z - z, z @ inner - z, normals - normals[0]
-    tilts += (np.array([_normal_part(arrays, links, normals[0], i) for i in np.flatnonzero(moving)]),)
+    tilts += (np.array([_normal_part(arrays, links, normals[0], i) for i in np.flatnonzero(movable)]),)
     return all((np.abs(tilt) < PARALLEL).all() for tilt in tilts)
 
 
 def _normal_part(arrays: Constraints, links, normal: np.ndarray, i: int) -> float:
-    """Return how far row i points out of a plane of this normal on the ground, or 1 if it does not hold a point."""
+    """Return the component of row i along the normal of the plane, or 1 if it does not constrain a point."""
     row = arrays.rows[i]
     axis = _axes(links, arrays.ends[row.a]) @ row.in_a
     if row.kind != POINT:
@@ -116,19 +106,17 @@ def _normal_part(arrays: Constraints, links, normal: np.ndarray, i: int) -> floa
 
 
 def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], entry: dict) -> None:
-    """Write what a group is, after its bundle and lane."""
+    """Write the other fields of a group, after its bundle and lane."""
     row = arrays.rows[members[0]]
     count = len(members)
     group.kind, group.a, group.b, group.count = row.kind, row.a, row.b, count
     group.rows[:count] = members
-    group.grounded = arrays.ends[row.a].link < 0
-    group.turning = row.kind in (ANGLE, ABOUT)
     group.link_a, group.link_b = arrays.ends["link"][[row.a, row.b]]
-    group.timed = (arrays.rows["table"][members] >= 0).any()
+    group.time_dependent = (arrays.rows["table"][members] >= 0).any()
     lanes = slice(group.lane, group.lane + count)
-    for end, at, axes in ((row.a, "at_a", "in_a"), (row.b, "at_b", "in_b")):
+    for end, name, axes in ((row.a, "entry_a", "in_a"), (row.b, "entry_b", "in_b")):
         link = int(arrays.ends[end].link)
-        group[at] = -1 if row.kind == COUPLER else entry.get((link, int(group.bundle)), -1)
+        group[name] = -1 if row.kind == COUPLER else entry.get((link, int(group.bundle)), -1)
         group[axes].reshape(3, WIDTH)[:, lanes] = _axes(links, arrays.ends[end]) @ arrays.rows[axes][members].T
     if row.kind == DISTANCE:
         group.in_a[lanes] = 1.0  # its line has no direction of its own
@@ -137,38 +125,38 @@ def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], ent
 def _entries(
     arrays: Constraints, links, parent: list[int], entry: dict, groups: np.ndarray, lane: np.ndarray
 ) -> np.ndarray:
-    """Return what the bundles do at each link."""
+    """Return the entries: each bundle at each of its links."""
     factors = np.zeros(len(entry))
     for term in arrays.terms[arrays.terms["x"] >= 0]:
         factors[entry[int(term.link), int(groups[lane[term.row] // WIDTH].bundle)]] += term.factor
     speeds = np.where(np.isin(links["joint"], (REVOLUTE, SLIDING)), links["u"], -1).tolist()
     reached: set[int] = set()
     for group in groups:
-        for end in ("b", "a"):  # the order in which the rows push
-            group[f"adds_{end}"] = group[f"at_{end}"] in reached
-            reached.add(int(group[f"at_{end}"]))
+        for end in ("b", "a"):  # the order in which forces on the ends are written
+            group[f"accumulates_{end}"] = group[f"entry_{end}"] in reached
+            reached.add(int(group[f"entry_{end}"]))
     found = []
-    for link, same in groupby(entry, lambda key: key[0]):  # the order in which they hand on
+    for link, same in groupby(entry, lambda key: key[0]):  # the order in which the recursion takes them
         bundles = [k for _, k in same]
         begin = len(found)
         end = len(found) + len(bundles)
         for k in bundles:
-            up = entry.get((parent[link], k), -1)
-            found.append((k, link, begin, end, 0, speeds[link], up, up in reached, factors[len(found)]))
-            reached.add(up)
+            above = entry.get((parent[link], k), -1)
+            found.append((k, link, begin, end, 0, speeds[link], above, above in reached, factors[len(found)]))
+            reached.add(above)
     return rows(ENTRY, found)
 
 
-def _groups(arrays: Constraints, moving: list[bool]) -> list[list[int]]:
-    """Return the rows of each group, those that cannot move last."""
+def _groups(arrays: Constraints, movable: list[bool]) -> list[list[int]]:
+    """Return the rows of each group, immovable ones last."""
     keys = [
-        (not moving[i], row.kind, row.a, row.b, i if row.kind == COUPLER else -1) for i, row in enumerate(arrays.rows)
+        (not movable[i], row.kind, row.a, row.b, i if row.kind == COUPLER else -1) for i, row in enumerate(arrays.rows)
     ]
     found = []
     for _, same in groupby(sorted(range(len(keys)), key=keys.__getitem__), keys.__getitem__):
         group = list(same)
         found += [group[k : k + WIDTH] for k in range(0, len(group), WIDTH)]
-    return sorted(found, key=lambda group: (not moving[group[0]], group))
+    return sorted(found, key=lambda group: (not movable[group[0]], group))
 
 
 def _path(arrays: Constraints, parent: list[int], i: int) -> list[int]:
@@ -185,8 +173,8 @@ def _path(arrays: Constraints, parent: list[int], i: int) -> list[int]:
     return sorted(found)
 
 
-def _moving(arrays: Constraints, links: np.ndarray, parent: list[int]) -> list[bool]:
-    """Return which rows the joints between their ends can move."""
+def _movable(arrays: Constraints, links: np.ndarray, parent: list[int]) -> list[bool]:
+    """Return whether the joints between its ends can move each row."""
     found = [True] * len(arrays.rows)
     fixed = np.isin(arrays.rows["kind"], (POINT, ANGLE)) & np.isinf(arrays.rows["stiffness"])
     by_ends = lambda i: (arrays.rows[i].a, arrays.rows[i].b)  # noqa: E731

@@ -16,7 +16,7 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     POINT,
     SLIP,
 )
-from modalprep.multibody.kernels.closed_loops.multipliers import MOST_FRICTION_STEPS
+from modalprep.multibody.kernels.closed_loops.friction import MOST_ITERATIONS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
@@ -139,25 +139,25 @@ def _coupler(loops: Loops, i: int, packed: Packed, y: np.ndarray, motion: np.nda
 
 
 def closed_accelerations(
-    system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float, alpha: float = 0.0, beta: float = 0.0
+    system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve ``[M G'; G 0] [u'; -multiplier] = [f; -bias]`` with all loads; of redundant rows the least multipliers.
 
-    Closures that are let go have none. Friction is found by iteration: it adds to f what the normal forces give.
+    Inactive closures have none. Friction is found by iteration: it adds to f what the normal forces give.
 
     Returns
     -------
     u' : (nu,)
     multiplier : (m,)
     """
-    M, f, rows = _equations(system, loops, y, motion, t, alpha, beta)
-    holds = loops.holding
+    M, f, rows = _equations(system, loops, y, motion, t)
+    active = loops.active_rows
     frictional = np.array([row.kind == SLIP for row in loops.closing.rows])
     multiplier = np.zeros(len(rows.bias))
-    for _ in range(MOST_FRICTION_STEPS):
+    for _ in range(MOST_ITERATIONS):
         before = multiplier.copy()
-        udot, multiplier[holds] = _saddle(
-            M, f + rows.G[frictional].T @ multiplier[frictional], rows.G[holds], rows.bias[holds]
+        udot, multiplier[active] = _saddle(
+            M, f + rows.G[frictional].T @ multiplier[frictional], rows.G[active], rows.bias[active]
         )
         multiplier[frictional] = [_friction(loops, i, rows.rate, multiplier) for i in np.flatnonzero(frictional)]
         if np.abs(multiplier - before)[frictional].max(initial=0.0) <= SETTLED * np.abs(multiplier).max(initial=0.0):
@@ -196,8 +196,8 @@ def reduced_accelerations(system: System, loops: Loops, y: np.ndarray, motion: n
     -------
     u' : (nu,)
     """
-    M, f, rows = _equations(system, loops, y, motion, t, 0.0, 0.0)
-    R, s = null_space(rows.G[loops.holding], -rows.bias[loops.holding])
+    M, f, rows = _equations(system, loops, y, motion, t)
+    R, s = null_space(rows.G[loops.active_rows], -rows.bias[loops.active_rows])
     return R @ np.linalg.solve(R.T @ M @ R, R.T @ (f - M @ s)) + s
 
 
@@ -225,11 +225,10 @@ def null_space(G: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _equations(
-    system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float, alpha: float, beta: float
+    system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray, DenseConstraints]:
     packed = pack(system)
     M, f = mass_and_force(system.at(t), y, motion)
     loads = dense_loads(system, packed, y, motion, t)
     rows = dense_constraints(system, packed, loops, y, motion, t)
-    bias = rows.bias + 2 * alpha * rows.rate + beta**2 * rows.phi
-    return M + loads.mass, f + loads.f, rows._replace(bias=bias)
+    return M + loads.mass, f + loads.f, rows

@@ -26,10 +26,10 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
 )
 from modalprep.multibody.kernels.articulated_body import outward, reactions
-from modalprep.multibody.kernels.closed_loops.constraints import line
-from modalprep.multibody.kernels.closed_loops.multipliers import couplers_along
-from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, settle
-from modalprep.multibody.kernels.closed_loops.pushing import push_links
+from modalprep.multibody.kernels.closed_loops.constraint_forces import complete_bias_forces
+from modalprep.multibody.kernels.closed_loops.constraints import line_of_action
+from modalprep.multibody.kernels.closed_loops.multipliers import coupler_force
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, project_state
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.free_parts import sum_parts
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
@@ -73,7 +73,7 @@ def record(eq, run, columns, times, states, soft, rows):
         copy(states[k], y)
         prescribe(eq.loads, times[k], eq.motion)
         eq.hinge[:] = 0.0
-        settle(
+        project_state(
             eq.cons,
             eq.model,
             eq.data,
@@ -105,7 +105,7 @@ def record(eq, run, columns, times, states, soft, rows):
 def observe(eq, columns, t, y, ydot, row):
     """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in the data."""
     model, data = eq.model, eq.data
-    push_links(eq.cons, model, data, y, eq.motion, t, eq.work, eq.tau)
+    complete_bias_forces(eq.cons, model, data, y, eq.motion, t, eq.work, eq.tau)
     reactions(model, data, columns.reactions)
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]
@@ -153,7 +153,7 @@ def _joints(eq, columns, y, ydot, row):
             row[c] = eq.motion[i, j]
         elif source == REACTION:
             whole = along_axis(eq.model.links[i], get6(columns.reactions[i]))
-            row[c] = whole - couplers_along(eq.cons, eq.work, i)
+            row[c] = whole - coupler_force(eq.cons, eq.work, i)
         elif source == WEIGHT:
             row[c] = eq.data.links[i].mass
         elif source == ACCELERATION:
@@ -171,8 +171,8 @@ def _closures(cons, model, work, closures, row):
         for i in range(first, first + count):
             if not abs(work.phi[i]) <= worst:  # NaN counts
                 worst = abs(work.phi[i])
-            f = axpy3(f, work.multiplier[i], line(work, i, 0))
-            t = axpy3(t, work.multiplier[i], line(work, i, 6))
+            f = axpy3(f, work.multiplier[i], line_of_action(work, i, 0))
+            t = axpy3(t, work.multiplier[i], line_of_action(work, i, 6))
         row[c] = worst
         if couples:
             row[c + 1] = work.multiplier[first]

@@ -1,8 +1,8 @@
-"""Rows of closed loops and motion constraints of the kernel: theory 5.4.
+"""Scalar constraint equations (rows) of closed loops and prescribed motions: theory 5.4.
 
-Constraints ``Phi(x, t) = 0`` hold between ends: interfaces of bodies with their elastic motion, or frames of the
-ground. Each row has one line of action ``(f, ta, tb)``: its rate is ``f.(vb - va) + ta.wa + tb.wb`` less the rate of
-its prescribed value, and its multiplier pushes the ends with just these forces and torques (responses.py).
+Each row ``Phi(x, t) = 0`` acts between two ends: interfaces of bodies with their elastic motion, or frames fixed to the
+ground. Its Jacobian follows from one line of action ``(f, ta, tb)``: ``Phi'`` is ``f.(vb - va) + ta.wa + tb.wb`` less
+the rate of its prescribed value, and a multiplier of one exerts these forces and torques on the ends (responses.py).
 
 Arguments as in articulated_body.py; `cons` Constraints, `work` Work.
 """
@@ -32,21 +32,20 @@ from modalprep.multibody.kernels.closed_loops.ends import end_state
 from modalprep.multibody.kernels.interfaces import ground_rate
 from modalprep.multibody.kernels.time_tables import Tables, table
 
-# kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates, each less its value; of e.(wb - wa) and of
-# sliding, e.(vb - va), only the rate counts
+# Kinds of rows: Phi is e.(rb - ra), ea.eb, |rb - ra| or a sum of joint coordinates, each less its prescribed value.
+# ABOUT, e.(wb - wa), and SLIP, e.(vb - va), constrain rates alone: their Phi is zero.
 POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
-# One condition: kind, its ends, its function of time (-1: none), directions in the axes of the ends.
 ROW = np.dtype(
     [
         ("kind", np.int64),
         ("a", np.int64),
-        ("b", np.int64),
-        ("table", np.int64),
+        ("b", np.int64),  # its ends
+        ("table", np.int64),  # function of time of its prescribed value, -1: constant
         ("in_a", np.float64, 3),
-        ("in_b", np.float64, 3),
+        ("in_b", np.float64, 3),  # directions in the axes of the ends
         ("friction", np.float64),  # of SLIP rows: coefficient
-        ("sliding", np.float64),  # of SLIP rows: speed from which it slides, m/s
-        ("stiffness", np.float64),  # of compliant constraints; of others infinite
+        ("sliding", np.float64),  # of SLIP rows: speed from which friction is that of sliding, m/s
+        ("stiffness", np.float64),  # of compliant constraints; infinite for rigid ones
         ("damping", np.float64),
     ]
 )
@@ -59,27 +58,26 @@ END = np.dtype(
     ]
 )
 TERM = np.dtype(
-    [  # a coordinate (-1: prescribed) in the sum of a coupler's row
+    [  # a joint coordinate in the sum of a coupler's row
         ("row", np.int64),
         ("link", np.int64),
         ("x", np.int64),
-        ("u", np.int64),
+        ("u", np.int64),  # coordinate and speed; -1: prescribed
         ("factor", np.float64),
     ]
 )
-# What an evaluation writes, inertial axes: the motion of an end, and the line of action of a row.
 END_DATA = np.dtype(
-    [
+    [  # motion of an end, inertial axes
         ("position", np.float64, 3),
         ("velocity", np.float64, 3),
         ("spin", np.float64, 3),
         ("acceleration", np.float64, 6),
-        ("rotation", np.float64, 9),  # of its link's axes, turned with the node
-        ("arm", np.float64, 3),  # from the link's origin, in its axes, as the acceleration left when A and q'' are zero
-        ("bias", np.float64, 6),
+        ("rotation", np.float64, 9),  # of its link's axes, with the elastic rotation of the node
+        ("arm", np.float64, 3),  # from the link's origin, link's axes
+        ("bias", np.float64, 6),  # acceleration with that of the link and q'' zero, link's axes
     ]
 )
-# Rows of one kind between the same ends, at most four, each in a lane of its own (lanes.py); couplers by themselves.
+# Rows of one kind between the same ends, at most four: one vector lane each (lanes.py). Each coupler is its own group.
 GROUP = np.dtype(
     [
         ("kind", np.int64),
@@ -88,24 +86,21 @@ GROUP = np.dtype(
         ("count", np.int64),
         ("rows", np.int64, 4),
         ("lane", np.int64),  # of the first row
-        ("bundle", np.int64),  # -1: nothing moves the rows
-        ("at_a", np.int64),
-        ("at_b", np.int64),  # entries at the links of its ends; -1: the ground, or none
-        ("adds_a", np.int64),
-        ("adds_b", np.int64),  # whether another end was there before
-        ("timed", np.int64),  # whether rows have functions of time
-        ("first", np.int64),  # whether it is the first in its bundle
-        ("grounded", np.int64),  # whether end a is on the ground
-        ("turning", np.int64),  # whether its rows push end b by torques
+        ("bundle", np.int64),  # -1: no joint can move the rows
+        ("entry_a", np.int64),
+        ("entry_b", np.int64),  # of the links of its ends; -1: the ground, or none
+        ("accumulates_a", np.int64),
+        ("accumulates_b", np.int64),  # whether another end has already written to that entry
+        ("time_dependent", np.int64),  # whether rows have functions of time
         ("link_a", np.int64),
-        ("link_b", np.int64),  # of its ends
+        ("link_b", np.int64),  # of its ends, -1: the ground
         ("in_a", np.float64, 12),
-        ("in_b", np.float64, 12),  # directions in the axes of the links of its ends
+        ("in_b", np.float64, 12),  # directions in the axes of the links of its ends, by lanes
     ]
 )
-# Groups that act on nearly the same links, in one vector; rows by lanes.
+# Groups that act on nearly the same links and share one vector; rows by lanes.
 BUNDLE = np.dtype([("count", np.int64), ("rows", np.int64, 4)])
-# One bundle at one link that its multipliers act on.
+# A bundle at one of the links on which its multipliers act.
 ENTRY = np.dtype(
     [
         ("bundle", np.int64),
@@ -113,17 +108,16 @@ ENTRY = np.dtype(
         ("begin", np.int64),
         ("end", np.int64),  # entries of its link
         ("count", np.int64),  # rows of its bundle
-        ("u", np.int64),
-        ("up", np.int64),  # speed of its joint of one axis, else -1; entry of the parent; -1: the ground
-        ("adds", np.int64),  # whether another one or an end was there before
+        ("u", np.int64),  # speed of its joint of one axis, else -1
+        ("parent", np.int64),  # entry of its bundle at the parent link; -1: the ground
+        ("accumulates", np.int64),  # whether an end or another link has already written to the parent's entry
         ("factor", np.float64),  # of couplers at their joints, else 0
     ]
 )
-# What an evaluation writes of them.
 GROUP_DATA = np.dtype(
     [
-        ("line", np.float64, 36),  # inertial axes: force, torque on a, torque on b
-        ("measured", np.float64, 12),  # terms of Phi, Phi', Phi'' by the motion of the ends
+        ("line", np.float64, 36),  # lines of action, inertial axes: force, torque on a, torque on b
+        ("terms", np.float64, 12),  # what the motion of the ends contributes to Phi, Phi', Phi''
     ]
 )
 BUNDLE_DATA = np.dtype(
@@ -131,16 +125,16 @@ BUNDLE_DATA = np.dtype(
         ("free", np.float64, 4),
         ("bias", np.float64, 4),
         ("weight", np.float64, 4),  # unit^2
-        ("floor", np.float64, 4),
-        ("usual", np.float64, 4),
+        ("least_mobility", np.float64, 4),
+        ("reference_mobility", np.float64, 4),
         ("compliance", np.float64, 4),
         ("S", np.float64, 16),
     ]
 )
 ENTRY_DATA = np.dtype(
     [
-        ("force", np.float64, 24),  # articulated force of unit multipliers, link's axes, at its origin
-        ("drive", np.float64, 4),  # its force along a joint of one axis
+        ("force", np.float64, 24),  # articulated bias force of unit multipliers, link's axes, at its origin
+        ("joint_force", np.float64, 4),  # its component along a joint of one axis
     ]
 )
 RESPONSES = np.dtype([("S", np.float64, 16)])
@@ -158,57 +152,60 @@ class Constraints(NamedTuple):
 
 @by_address
 class Paths(NamedTuple):
-    """Rows by fours, and which links they act on: on those of their ends, and on all between these and the ground.
+    """Rows in vectors of four, and the links on which they act: all between their ends and the ground.
 
-    Rows that nothing can move (packing/bundles.py) act on none.
+    Rows that no joint can move (packing/row_paths.py) act on none.
     """
 
     groups: np.ndarray  # (ng,) GROUP
     bundles: np.ndarray  # (nb,) BUNDLE
     lane: np.ndarray  # (m,) int, 4 group + lane of each row
-    row: np.ndarray  # (4 nb,) int, row at each place of the bundles, -1: none
+    row: np.ndarray  # (4 nb,) int, row in each lane of the bundles, -1: none
     entries: np.ndarray  # (np,) ENTRY, by links from the last to the first, then by bundles
-    moving: int  # groups that something moves, which are the first
-    slides: int  # rows of friction
-    works: int  # those, and rows that have functions of time
-    rigid: bool  # whether the ends of all rows that something moves are on rigid bodies or the ground (rigid.py)
-    planar: bool  # and all rows that something moves are those of planar loops (planar.py)
-    in_plane: bool  # and all links of the system move in their plane (planar_tree.py)
+    movable: int  # number of groups that joints can move, which come first
+    slides: int  # number of rows of friction
+    driven: int  # number of those, and of rows with functions of time
+    planar: bool  # whether the system moves in one plane and its movable rows constrain points in it (planar.py)
 
 
 @by_address
 class Work(NamedTuple):
-    """What changes in the constraints of a run, scratch and outcome of one evaluation."""
+    """State of the constraints in a run, and scratch and outcome of one evaluation.
 
-    value: np.ndarray  # (m,) what the row's function is added to: lengths as at the start
-    unit: np.ndarray  # (m,) 1 / size of what the row measures; 0: it is not active (`weigh`)
-    floor: np.ndarray  # (m,) mobility that counts as none; infinite: it is not active (`weigh`)
-    usual: np.ndarray  # (m,) mobility in other positions of the joints (`weigh`)
+    The mobility of a row is its diagonal element of ``S = G M^-1 G^T``. Arrays (4 nb,) are by lanes of the bundles.
+    """
+
+    value: np.ndarray  # (m,) constant part of the prescribed value: lengths as at the start
+    unit: np.ndarray  # (m,) 1 / size of what the row constrains; 0: inactive (`update_weights`)
+    least_mobility: np.ndarray  # (m,) below it a row cannot move; infinite: inactive (`update_weights`)
+    reference_mobility: np.ndarray  # (m,) in other positions of the joints (`update_weights`)
     ends: np.ndarray  # (ne,) END_DATA
     phi: np.ndarray  # (m,) Phi
     rate: np.ndarray  # (m,) Phi'
-    bias: np.ndarray  # (m,) Phi'' without accelerations of the ends
-    push: np.ndarray  # (m,) rate at which the multiplier does work: of the prescribed value, or of sliding
-    wanted: np.ndarray  # (m,) what `solve` takes away from the rows
-    goal: np.ndarray  # (m,) G u' that rows aim at
-    compliance: np.ndarray  # (m,) of the compliant rows in an implicit step, else 0 (`weigh`)
-    multiplier: np.ndarray  # (m,) that of the last `solve`
-    free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers (`write_responses`)
-    S: np.ndarray  # (m, m) G M^-1 G^T (`write_responses`)
+    bias: np.ndarray  # (m,) Phi'' with the accelerations of the ends zero
+    driven_rate: np.ndarray  # (m,) of the prescribed value, or of sliding: times the multiplier it is a power
+    residual: np.ndarray  # (m,) right-hand side of `solve`
+    target: np.ndarray  # (m,) what G u' should be in an implicit step
+    compliance: np.ndarray  # (m,) of compliant rows in an implicit step, else 0 (`update_weights`)
+    multiplier: np.ndarray  # (m,) of the last `solve`
+    free: np.ndarray  # (m,) G u' without multipliers, with the row's bias by inner motion (`gather_responses`)
+    S: np.ndarray  # (m, m) G M^-1 G^T (`gather_responses`)
     factor: np.ndarray  # (4 nb, 4 nb) columns of its pivoted factor L, one after the other
     columns: np.ndarray  # (4 nb, 4 nb) those of L D
-    own: np.ndarray  # (4 nb,) diagonal of S, with compliance, by places in the bundles
-    rest: np.ndarray  # (4 nb,) what the factor leaves of it
+    diagonal: np.ndarray  # (4 nb,) of S, with compliance
+    remaining: np.ndarray  # (4 nb,) diagonal of the Schur complement after the pivots so far
     inverse: np.ndarray  # (4 nb,) 1 / pivot
-    given: np.ndarray  # (4 nb,) right-hand side of `solve_given`, by places
-    halfway: np.ndarray  # (4 nb,) its scratch
-    solution: np.ndarray  # (4 nb,) multipliers by places
-    places: np.ndarray  # (4 nb,) int, of the rows by pivot
-    order: np.ndarray  # (m,) int, as many as the rank are the independent rows by pivot; all others are redundant
+    rhs: np.ndarray  # (4 nb,) right-hand side, overwritten by the forward substitution
+    reduced: np.ndarray  # (4 nb,) solution of its forward substitution, by pivots
+    solution: np.ndarray  # (4 nb,) multipliers
+    pivots: np.ndarray  # (4 nb,) int, lanes of the rows in the order of the pivots
+    order: np.ndarray  # (m,) int, rows in the order of the pivots; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
-    held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
-    flat: np.ndarray  # (1,) int, 1 after a residual that holds only what moves the rows (rigid.py)
-    sine: np.ndarray  # (3,) the least sine of an independent row: now, in the last closed state, in a step so far
+    closed_rank: np.ndarray  # (1,) int, the rank in the last closed state, m without one
+    in_plane: np.ndarray  # (1,) int, 1 after `planar_residual`
+    sine: np.ndarray  # (1,) the least sine between an independent row and those before it
+    closed_sine: np.ndarray  # (1,) the same in the last closed state
+    least_sine: np.ndarray  # (1,) the same in the step so far
     tau: np.ndarray  # (nu,) zeros
     step: np.ndarray  # (nu,) response to the multipliers
     paths: Paths  # constant
@@ -216,28 +213,45 @@ class Work(NamedTuple):
     bundles: np.ndarray  # (nb,) BUNDLE_DATA
     entries: np.ndarray  # (np,) ENTRY_DATA
     modal: np.ndarray  # (np, 4 N) modal forces of the entries, eliminated
-    between: np.ndarray  # (nb, nb) RESPONSES, S by bundles, below its diagonal
-    speeds: np.ndarray  # (24,) scratch: what a joint of several axes yields
+    between: np.ndarray  # (nb, nb) RESPONSES, blocks of S below its diagonal
+    speeds: np.ndarray  # (24,) scratch: response of a joint of several axes
     shape: np.ndarray  # (ne, N, 6) partial velocities of the ends, link's axes
 
 
 @compile_inline
-def any_rows(cons):
-    """Whether there are constraints; `cons` may be None."""
+def has_rows(cons):
+    """Return whether there are constraints; `cons` may be None."""
     if cons is None:
         return False
     return len(cons.rows) > 0
 
 
 @compile_kernel
-def constraint_residual(cons, model, data, y, motion, t, work, moving):
+def constraint_residual(cons, model, data, y, motion, t, work, movable):
     """Write ``phi``, ``rate``, ``bias`` and the lines of action, after `outward` and `world`; `cons` may be None.
 
-    With `moving`, only of the rows that something moves; the others have no multipliers.
+    With `movable`, only of the rows that joints can move; the others have no multipliers.
     """
     if cons is None:
         return
-    work.flat[0], count = 0, work.paths.moving if moving else len(work.groups)
+    work.in_plane[0] = 0
+    _end_motions(cons, model, data, work)
+    for k in range(len(work.bundles)):
+        put_lanes(work.bundles[at(k)].bias, 0, four(0.0))
+    for k in range(work.paths.movable if movable else len(work.groups)):
+        group, own = work.paths.groups[at(k)], work.groups[at(k)]
+        if group.kind != COUPLER:
+            bias = _lines_of_action(group, work.ends[at(group.a)], work.ends[at(group.b)], own)
+            if group.bundle >= 0:
+                total = work.bundles[at(group.bundle)].bias
+                put_lanes(total, 0, get_lanes(total, 0) + bias)
+        subtract_prescribed(cons, work, group, own, t)
+    _add_couplers(cons, y, model.nx, motion, work)
+
+
+@compile_inline
+def _end_motions(cons, model, data, work):
+    """Write the motion of all ends; those on a ground at rest stay where they are."""
     n = ground_rate(data)
     for k in range(len(cons.ends)):
         end, own = cons.ends[at(k)], work.ends[at(k)]
@@ -254,46 +268,33 @@ def constraint_residual(cons, model, data, y, motion, t, work, moving):
         put9(own.rotation, turn)
         put3(own.velocity, v)
         put3(own.spin, w)
-    for k in range(len(work.bundles)):
-        put_lanes(work.bundles[at(k)].bias, 0, four(0.0))
-    for k in range(count):
-        group, own = work.paths.groups[at(k)], work.groups[at(k)]
-        if group.kind == POINT and group.grounded and n == 0.0:
-            _lines_to_ground(group, work.ends[at(group.a)], work.ends[at(group.b)], own)
-        elif group.kind != COUPLER:
-            bias = _lines(group, work.ends[at(group.a)], work.ends[at(group.b)], own)
-            if group.bundle >= 0:
-                total = work.bundles[at(group.bundle)].bias
-                put_lanes(total, 0, get_lanes(total, 0) + bias)
-        less_values(cons, work, group, own, t)
-    couplers(cons, y, model.nx, motion, work)
 
 
 @compile_inline
-def less_values(cons, work, group, own, t):
-    """Write what the rows of a group measure, less what they shall be; nothing is measured of couplers yet."""
-    if group.timed:
-        _less_timed_values(cons, work, group, own, t)
+def subtract_prescribed(cons, work, group, own, t):
+    """Write Phi, Phi' and the bias of the rows of a group: the terms of its ends less the prescribed values."""
+    if group.time_dependent:
+        _subtract_functions(cons, work, group, own, t)
     else:
-        _less_constants(work, group, own)
+        _subtract_constants(work, group, own)
 
 
 @compile_inline
-def _less_constants(work, group, own):
-    """Write what the rows of a group measure, less constant values."""
+def _subtract_constants(work, group, own):
+    """Do as `subtract_prescribed` where all values are constant."""
     for c in range(group.count):
         i = at(group.rows[at(c)])
         lane = at(group.lane + c)
-        work.phi[i] = own.measured[lane] - work.value[i]
-        work.rate[i] = own.measured[at(4) + lane]
-        work.bias[i] = own.measured[at(8) + lane]
+        work.phi[i] = own.terms[lane] - work.value[i]
+        work.rate[i] = own.terms[at(4) + lane]
+        work.bias[i] = own.terms[at(8) + lane]
         if group.kind == SLIP:
-            work.push[i] = work.rate[i]
+            work.driven_rate[i] = work.rate[i]
 
 
 @compile_kernel
-def _less_timed_values(cons, work, group, own, t):
-    """Do as `_less_constants` where some of the values are functions of time."""
+def _subtract_functions(cons, work, group, own, t):
+    """Do as `subtract_prescribed` where some of the values are functions of time."""
     for c in range(group.count):
         i = group.rows[c]
         lane = group.lane + c
@@ -303,29 +304,17 @@ def _less_timed_values(cons, work, group, own, t):
         if cons.rows[i].table >= 0:
             shift, rate, acceleration = table(cons.tables, cons.rows[i].table, t)
             value += shift
-        work.phi[i] = own.measured[lane] - value
-        work.push[i] = rate
-        work.rate[i] = own.measured[4 + lane] - rate
-        work.bias[i] = own.measured[8 + lane] - acceleration
+        work.phi[i] = own.terms[lane] - value
+        work.driven_rate[i] = rate
+        work.rate[i] = own.terms[4 + lane] - rate
+        work.bias[i] = own.terms[8 + lane] - acceleration
         if group.bundle >= 0:
             work.bundles[group.bundle].bias[lane] -= acceleration
 
 
 @compile_inline
-def _lines_to_ground(group, a, b, own):
-    """Do as `_lines` for points of a body along axes of a ground at rest, where Phi'' is zero."""
-    e = get_lanes3(group.in_a, 0)
-    r = axpy3(get3(b.position), -1.0, get3(a.position))
-    none = four(0.0)
-    put_lanes3(own.line, 0, e)
-    put_lanes3(own.line, 12, cross(e, r))
-    put_lanes3(own.line, 24, (none, none, none))
-    put_lanes3(own.measured, 0, (dot3(e, r), dot3(e, get3(b.velocity)), none))
-
-
-@compile_inline
-def _lines(group, a, b, own):
-    """Write lines of action of the rows of a group between two ends, and their terms of Phi, Phi'; returns Phi''."""
+def _lines_of_action(group, a, b, own):
+    """Write lines of action of the rows of a group between two ends, and their terms of Phi, Phi'; returns the bias."""
     kind = group.kind
     r = axpy3(get3(b.position), -1.0, get3(a.position))
     v = axpy3(get3(b.velocity), -1.0, get3(a.velocity))
@@ -351,13 +340,13 @@ def _lines(group, a, b, own):
     else:
         e = times(get9(a.rotation), get_lanes3(group.in_a, 0))
         if kind == POINT or kind == SLIP:
-            seen = axpy3(v, -1.0, cross(wa, r))  # from end a, which turns
+            relative = axpy3(v, -1.0, cross(wa, r))  # in the axes of end a, which turn
             f = e
             ta = cross(e, r)
-            rate = dot3(e, seen)
+            rate = dot3(e, relative)
             if kind == POINT:
                 phi = dot3(e, r)
-                bias = dot3(e, cross(add3(seen, v), wa))
+                bias = dot3(e, cross(add3(relative, v), wa))
         elif kind == ABOUT:
             ta = (-1.0 * e[0], -1.0 * e[1], -1.0 * e[2])
             tb = e
@@ -374,13 +363,13 @@ def _lines(group, a, b, own):
     put_lanes3(own.line, 0, f)
     put_lanes3(own.line, 12, ta)
     put_lanes3(own.line, 24, tb)
-    put_lanes3(own.measured, 0, (phi, rate, bias))
+    put_lanes3(own.terms, 0, (phi, rate, bias))
     return bias
 
 
 @compile_inline
-def couplers(cons, y, nx, motion, work):
-    """Add what sums of joint coordinates measure to what their rows are less of."""
+def _add_couplers(cons, y, nx, motion, work):
+    """Add the sums of joint coordinates to Phi, Phi' and the bias of their rows."""
     for k in range(len(cons.terms)):
         i, c, x = cons.terms[k].row, cons.terms[k].factor, cons.terms[k].x
         if x >= 0:
@@ -397,8 +386,8 @@ def couplers(cons, y, nx, motion, work):
 
 
 @compile_inline
-def line(work, i, c):
-    """Three numbers from c on of the line of action of row i."""
+def line_of_action(work, i, c):
+    """Return a vector of the line of action of row i: force (c = 0), torque on a (3), torque on b (6)."""
     k = work.paths.lane[i] >> 2
     lane = work.paths.lane[i] & 3
     own = work.groups[k].line

@@ -1,4 +1,4 @@
-"""How the ends of constraints move: interfaces of bodies, with their elastic motion.
+"""Motion of the ends of constraints: interfaces of bodies, with their elastic motion.
 
 Arguments as in constraints.py.
 """
@@ -24,14 +24,14 @@ from modalprep.multibody.kernels.modal_interfaces import interface_motion, shape
 
 
 @compile_inline
-def end_state(end, model, data, found, shape):
-    """Return the motion of an end as `node_state` does, and write to `found` what its acceleration follows from."""
+def end_state(end, model, data, out, shape):
+    """Return position, rotation, velocity and spin of an end on a link; writes its arm and bias to `out`."""
     link = at(end.link)
     node = end.interface
     place = free_position(model, link, node)
     r, turn, v, w, linear, angular = interface_motion(data.modal, model, data, link, node, place, shape)
-    put3(found.arm, r)
-    put6(found.bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
+    put3(out.arm, r)
+    put6(out.bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
     own = data.links[link]
     spin = get3(data.links[link].omega)
     base = get9(own.orientation)
@@ -41,18 +41,19 @@ def end_state(end, model, data, found, shape):
     moving = (moving[0] - n * origin[1], moving[1] + n * origin[0], moving[2])
     position = times(base, r)
     velocity = times(base, add3(cross(spin, r), v))
-    return add3(origin, position), _turned(data.modal, base, turn), add3(moving, velocity), times(base, add3(spin, w))
+    turn = _node_rotation(data.modal, base, turn)
+    return add3(origin, position), turn, add3(moving, velocity), times(base, add3(spin, w))
 
 
 @compile_inline
-def _turned(modal, base, turn):
-    """Return a link's orientation with the rotation of a node, which is none without modes."""
+def _node_rotation(modal, base, turn):
+    """Return a link's orientation with the elastic rotation of a node, which is none without modes."""
     return base if modal is None else product(base, turn)
 
 
 @compile_kernel
-def observe_ends(cons, model, data, work):
-    """Accelerations of the ends after `spread`, when those of the links and q'' are all there is."""
+def end_accelerations(cons, model, data, work):
+    """Write the accelerations of the ends due to those of the links and q'' alone, after `spread`."""
     for k in range(len(cons.ends)):
         v = ZERO3
         w = ZERO3

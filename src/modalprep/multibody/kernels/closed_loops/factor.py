@@ -1,7 +1,7 @@
-"""The pivoted factor of ``S = G M^-1 G^T`` (responses.py), which tells which rows are independent (theory 5.4).
+"""Pivoted factor ``L D L^T`` of ``S = G M^-1 G^T`` (responses.py), which tells the independent rows (theory 5.4).
 
-All numbers stand by places of the rows in the bundles, four of one bundle in one vector: nothing is exchanged. The
-factor is made column by column: of S, each step reads the column of the pivot only.
+Vectors are by lanes of the bundles, four rows of one bundle in one vector; rows are never exchanged. The factor is
+left-looking: each step reads of S the column of its pivot only.
 
 Arguments as in constraints.py.
 """
@@ -25,80 +25,83 @@ from modalprep.compiler.lanes import (
 )
 from modalprep.multibody.kernels.algebra.tuples import at
 
-RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
-STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
-TIES = 1.0 - 1e-9  # of rows that are left as much as the most mobile one, the first
-# Of its usual mobility: a row that has less is about to lose its direction by itself, at a dead point. With a tenth
-# fine steps come too near to one: Goldberg's linkage at 1e-9 was 3e-6 rad off. With one, Bennett's takes half more.
-VANISHED = 0.3
-TAKEN, FIXED = -1e303, -1e302  # in place of what is left of a row: it is in the factor; it cannot move
+RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric M: an angle of 3e-6 rad
+GAP_FACTOR = 10.0  # rows redundant in a closed state are at angles of up to so many gaps where the loops are open
+TIES = 1.0 - 1e-9  # rows whose mobilities differ by less are taken in their order
+# Share of its reference mobility below which a row is about to lose its direction, at a dead point. With 0.1 small
+# steps come too near to one: Goldberg's linkage at 1e-9 was 3e-6 rad off. With 1, Bennett's takes half more steps.
+VANISHING = 0.3
+USED, IMMOBILE = -1e303, -1e302  # mark in `remaining` rows that have been pivots, and rows that cannot move
 
 
 @compile_kernel
-def weigh(work):
-    """Write how the rows in the bundles count, after changes of ``unit``, ``floor``, ``usual`` or ``compliance``."""
+def update_weights(work):
+    """Copy the weights, mobility limits and compliance of the rows to the bundles, after any of them has changed."""
     for p in range(len(work.paths.row)):
         i = work.paths.row[p]
         own = work.bundles[p >> 2]
         if i >= 0:
             own.weight[p & 3] = work.unit[i] * work.unit[i]
-            own.floor[p & 3] = work.floor[i]
-            own.usual[p & 3] = VANISHED * work.usual[i]
+            own.least_mobility[p & 3] = work.least_mobility[i]
+            own.reference_mobility[p & 3] = VANISHING * work.reference_mobility[i]
             own.compliance[p & 3] = work.compliance[i]
 
 
 @compile_kernel
-def factorize_and_solve(work):
-    """Do as `factorize`, then as `solve_given`."""
+def solve_multipliers(work):
+    """Write the multipliers for which ``Phi''`` of all rows is zero, after `inward_with_rows`; factorises S."""
     blocks = len(work.bundles)
-    if blocks == 1:  # numbers that the compiler knows: it unrolls loops
-        _factorize_and_solve(work, 1)
+    for q in range(blocks):
+        own = work.bundles[at(q)]
+        put_lanes(work.rhs, WIDTH * q, -1.0 * (get_lanes(own.free, 0) + get_lanes(own.bias, 0)))
+    if blocks == 1:  # constants, for which the compiler unrolls loops
+        _factorise_and_solve(work, 1)
     elif blocks == 2:
-        _factorize_and_solve(work, 2)
+        _factorise_and_solve(work, 2)
     elif blocks == 3:
-        _factorize_and_solve(work, 3)
+        _factorise_and_solve(work, 3)
     elif blocks == 4:
-        _factorize_and_solve(work, 4)
+        _factorise_and_solve(work, 4)
     else:
-        _factorize_and_solve(work, blocks)
+        _factorise_and_solve(work, blocks)
 
 
 @compile_inline
-def _factorize_and_solve(work, blocks):
-    """Do as `factorize_and_solve` with so many bundles."""
-    _factorize(work, blocks, True)
+def _factorise_and_solve(work, blocks):
+    """Write the factor, and the multipliers of `rhs`, for a number of bundles."""
+    _factorise(work, blocks, True)
     _solve_back(work, blocks)
 
 
 @compile_kernel
-def factorize(work):
+def factorise(work):
     """Write the pivoted factor ``L D L^T`` of S; rows beyond ``rank`` depend on those before them.
 
-    Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
-    the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
+    Rows that are redundant where the loops are closed are not exactly so at the stages of a step, where they are open.
+    There more rows than in the last closed state (`keep_rank`) count as independent only by more than these gaps.
     """
-    _factorize(work, len(work.bundles), False)
+    _factorise(work, len(work.bundles), False)
 
 
 @compile_inline
-def _factorize(work, blocks, solving):
-    """Do as `factorize` with so many bundles; if `solving`, solve with L meanwhile, see `_solve_step`.
+def _factorise(work, blocks, solving):
+    """Do as `factorise` with a number of bundles; if `solving`, with the forward substitution of `rhs`.
 
-    A pivot is mostly at the place of the last time, which the machine reads before it knows.
+    Pivots are mostly those of the last factor: read from memory, they are predicted before the search for them ends.
     """
-    _begin(work, blocks)
+    _initialise(work, blocks)
     rank, least = 0, 1.0
     while rank < WIDTH * blocks:
-        p = work.places[at(rank)]
-        found = _most_mobile(work, blocks)
-        if found != p:
-            if found < 0:
+        p = work.pivots[at(rank)]
+        pivot = _most_mobile(work, blocks)
+        if pivot != p:
+            if pivot < 0:
                 break
-            work.places[at(rank)] = found
+            work.pivots[at(rank)] = pivot
             continue
-        d = work.rest[at(p)]
-        square = d / work.own[at(p)]
-        if not (square > RANK_TOLERANCE and (rank < work.held[0] or _risen(work, p))):
+        d = work.remaining[at(p)]
+        square = d / work.diagonal[at(p)]
+        if not (square > RANK_TOLERANCE and (rank < work.closed_rank[0] or _exceeds_gaps(work, p))):
             break
         least = min(least, square)
         k = at(rank)
@@ -107,91 +110,91 @@ def _factorize(work, blocks, solving):
         work.inverse[k] = g
         _eliminate(work, blocks, rank, p, g)
         if solving:
-            _solve_step(work, blocks, rank, p, g)
+            _substitute(work, blocks, rank, p, g)
         rank += 1
     work.rank[0] = rank
     work.sine[0] = np.sqrt(least)
-    work.sine[2] = min(work.sine[2], work.sine[0]) if rank >= work.held[0] else 0.0
+    work.least_sine[0] = min(work.least_sine[0], work.sine[0]) if rank >= work.closed_rank[0] else 0.0
 
 
 @compile_inline
-def _begin(work, blocks):
-    """Write the diagonal of S, at least a share of what is usual, and what the rows have left."""
+def _initialise(work, blocks):
+    """Write the diagonal of S, at least a share of the reference mobilities, and the Schur complement before pivots."""
     for q in range(blocks):
         S = work.bundles[at(q)].S
         own = work.bundles[at(q)]
         d = lanes(S[0], S[5], S[10], S[15]) + get_lanes(own.compliance, 0)
-        put_lanes(work.own, WIDTH * q, larger(d, get_lanes(own.usual, 0)))
-        put_lanes(work.rest, WIDTH * q, above(d, get_lanes(own.floor, 0), FIXED))
+        put_lanes(work.diagonal, WIDTH * q, larger(d, get_lanes(own.reference_mobility, 0)))
+        put_lanes(work.remaining, WIDTH * q, above(d, get_lanes(own.least_mobility, 0), IMMOBILE))
 
 
 @compile_inline
 def _most_mobile(work, blocks):
-    """Return the place of the row that is left most, -1 of none: one that hardly moves has no sure direction."""
-    each = _left(work, 0)
+    """Return the lane of the row with the largest weighted Schur complement; -1 if none is left that can move."""
+    each = _weighted(work, 0)
     for q in range(1, blocks):
-        each = larger(each, _left(work, q))
+        each = larger(each, _weighted(work, q))
     most = largest(each)
     if most > 0.0:
         for q in range(blocks):
-            k = first_at_least(_left(work, q), TIES * most)
+            k = first_at_least(_weighted(work, q), TIES * most)
             if k < WIDTH:
                 return WIDTH * q + k
     return -1
 
 
 @compile_inline
-def _left(work, q):
-    """Return what is left of the mobility of the rows of a bundle, lengths by the size of the system."""
-    return get_lanes(work.rest, WIDTH * q) * get_lanes(work.bundles[at(q)].weight, 0)
+def _weighted(work, q):
+    """Return the Schur complement of the rows of a bundle, lengths relative to the size of the system."""
+    return get_lanes(work.remaining, WIDTH * q) * get_lanes(work.bundles[at(q)].weight, 0)
 
 
 @compile_inline
 def _eliminate(work, blocks, k, p, g):
-    """Write column k of ``L D`` and of L, that of place p and inverse pivot g, and take it off what rows have left.
+    """Write column k of ``L D`` and of L, of the pivot in lane p with the inverse g, and update the Schur complement.
 
-    Two bundles at a time: sums of one would wait for each other.
+    Two bundles at a time, as the sums of one are a chain of dependent operations.
     """
     for q in range(0, blocks - 1, 2):
         one = _column(work, at(q), at(p))
         two = _column(work, at(q + 1), at(p))
-        for j in range(_most(blocks, k)):
+        for j in range(_bound(blocks, k)):
             if j >= k:
                 break
             f = work.factor[at(j)][at(p)]
             other = work.columns[at(j)]
             one = one - f * get_lanes(other, WIDTH * q)
             two = two - f * get_lanes(other, WIDTH * q + WIDTH)
-        _take_off(work, k, p, g, q, one)
-        _take_off(work, k, p, g, q + 1, two)
+        _store_column(work, k, p, g, q, one)
+        _store_column(work, k, p, g, q + 1, two)
     if blocks & 1:
         one = _column(work, at(blocks - 1), at(p))
-        for j in range(_most(blocks, k)):
+        for j in range(_bound(blocks, k)):
             if j >= k:
                 break
             one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
-        _take_off(work, k, p, g, blocks - 1, one)
+        _store_column(work, k, p, g, blocks - 1, one)
 
 
 @compile_inline
-def _most(blocks, count):
-    """Return how often a loop of a `count` runs at most: a number that the compiler knows where it shall unroll."""
+def _bound(blocks, count):
+    """Return an upper bound of a `count`: a constant for few bundles, so that the compiler unrolls the loop."""
     return WIDTH * blocks if blocks <= 2 else count
 
 
 @compile_inline
-def _take_off(work, k, p, g, q, column):
-    """Write column k for bundle q, and take it off what is left of its rows."""
+def _store_column(work, k, p, g, q, column):
+    """Write column k for the rows of bundle q, and subtract it from their Schur complement."""
     share = g * column
     put_lanes(work.columns[at(k)], WIDTH * q, column)
     put_lanes(work.factor[at(k)], WIDTH * q, share)
-    left = get_lanes(work.rest, WIDTH * q) - share * column
-    put_lanes(work.rest, WIDTH * q, with_lane(left, p - WIDTH * q, TAKEN))
+    remaining = get_lanes(work.remaining, WIDTH * q) - share * column
+    put_lanes(work.remaining, WIDTH * q, with_lane(remaining, p - WIDTH * q, USED))
 
 
 @compile_inline
 def _column(work, q, p):
-    """Return the responses of the rows of bundle q to that at place p."""
+    """Return the elements of S for the rows of bundle q in the column of lane p."""
     block = p >> 2
     k = p & 3
     if q == block:
@@ -203,20 +206,20 @@ def _column(work, q, p):
 
 
 @compile_kernel
-def _risen(work, place):
-    """Whether what is left of the row at a place clearly is no round-off: by more than the loops are open."""
+def _exceeds_gaps(work, lane):
+    """Return whether the Schur complement of the row in a lane is more than the gaps of open loops make it."""
     most = 0.0
     gap = violation(work, work.phi)
-    for p in range(len(work.rest)):
+    for p in range(len(work.remaining)):
         own = work.bundles[p >> 2]
-        if work.rest[p] != FIXED and own.compliance[p & 3] == 0.0:
-            most = max(most, work.own[p] * own.weight[p & 3])
-    return work.rest[place] * work.bundles[place >> 2].weight[place & 3] > (STRAY * gap) ** 2 * most
+        if work.remaining[p] != IMMOBILE and own.compliance[p & 3] == 0.0:
+            most = max(most, work.diagonal[p] * own.weight[p & 3])
+    return work.remaining[lane] * work.bundles[lane >> 2].weight[lane & 3] > (GAP_FACTOR * gap) ** 2 * most
 
 
 @compile_kernel
 def violation(work, values):
-    """Return the largest of ``values (m,)`` but of compliant rows, lengths by the size of the system."""
+    """Return the largest of ``values (m,)`` of rigid rows, lengths relative to the size of the system."""
     worst = 0.0
     for i in range(len(values)):
         size = abs(values[i]) * work.unit[i] if work.compliance[i] == 0.0 else 0.0
@@ -227,59 +230,46 @@ def violation(work, values):
 
 @compile_kernel
 def solve(work):
-    """Solve ``S multiplier = -wanted``; redundant rows get none."""
+    """Solve ``S multiplier = -residual``; the multipliers of redundant rows are zero."""
+    blocks = len(work.bundles)
     for p in range(len(work.paths.row)):
         i = work.paths.row[at(p)]
-        work.given[at(p)] = -work.wanted[i] if i >= 0 else 0.0
-    solve_given(work)
-
-
-@compile_kernel
-def solve_given(work):
-    """Solve with ``given`` in place of ``-wanted``, which stands by places; it is overwritten."""
-    _solve(work, len(work.bundles))
-
-
-@compile_inline
-def _solve(work, blocks):
-    """Do as `solve_given` with so many bundles."""
-    for k in range(WIDTH * blocks):
-        if k >= work.rank[0]:
-            break
-        _solve_step(work, blocks, k, work.places[at(k)], work.inverse[at(k)])
+        work.rhs[at(p)] = -work.residual[i] if i >= 0 else 0.0
+    for k in range(work.rank[0]):
+        _substitute(work, blocks, at(k), work.pivots[at(k)], work.inverse[at(k)])
     _solve_back(work, blocks)
 
 
 @compile_inline
-def _solve_step(work, blocks, k, p, g):
-    """Write number k of the solution with L and D, and take its column, that of place p, off the right-hand side."""
-    y = work.given[at(p)]
-    work.halfway[at(k)] = y * g
+def _substitute(work, blocks, k, p, g):
+    """Do step k of the forward substitution with ``L D``, of the pivot in lane p with the inverse g."""
+    y = work.rhs[at(p)]
+    work.reduced[at(k)] = y * g
     for q in range(blocks):
         column = get_lanes(work.factor[at(k)], WIDTH * q)
-        put_lanes(work.given, WIDTH * q, get_lanes(work.given, WIDTH * q) - y * column)
+        put_lanes(work.rhs, WIDTH * q, get_lanes(work.rhs, WIDTH * q) - y * column)
 
 
 @compile_inline
 def _solve_back(work, blocks):
-    """Write the multipliers, from the last pivot to the first; each is taken off those before it at once."""
+    """Write the multipliers by back substitution with ``L^T``."""
     rank = work.rank[0]
     none = four(0.0)
-    one, two = none, none  # whole vectors, which are read as such at once
+    one, two = none, none  # of few rows the solution stays in registers
     for q in range(blocks):
         put_lanes(work.solution, WIDTH * q, none)
-    for k in range(_most(blocks, rank) - 1, -1, -1):
+    for k in range(_bound(blocks, rank) - 1, -1, -1):
         if k >= rank:
             continue
-        x, p = work.halfway[at(k)], work.places[at(k)]
+        x, p = work.reduced[at(k)], work.pivots[at(k)]
         if blocks > 2:
             work.solution[at(p)] = x
         else:
             one = with_lane(one, p, x)
             two = with_lane(two, p - WIDTH, x)
         for j in range(k):
-            work.halfway[at(j)] -= work.factor[at(j)][at(p)] * x
-    if blocks <= 2:
+            work.reduced[at(j)] -= work.factor[at(j)][at(p)] * x
+    if blocks == 1 or blocks == 2:
         put_lanes(work.solution, 0, one)
     if blocks == 2:
         put_lanes(work.solution, WIDTH, two)
@@ -290,8 +280,8 @@ def _solve_back(work, blocks):
 
 
 @compile_kernel
-def take_multipliers(work):
-    """Write the multipliers of the rows to their places."""
+def scatter_multipliers(work):
+    """Write the multipliers of the rows to their lanes."""
     for p in range(len(work.paths.row)):
         i = work.paths.row[p]
         work.solution[p] = work.multiplier[i] if i >= 0 else 0.0

@@ -1,4 +1,4 @@
-"""What rows do to each other through a joint that yields to them: products that add up to ``G M^-1 G^T``.
+"""Contributions of one joint to ``S = G M^-1 G^T``: products of the joint forces of unit multipliers.
 
 Arguments as in constraints.py.
 """
@@ -11,30 +11,30 @@ from modalprep.multibody.kernels.algebra.tuples import at
 
 
 @compile_inline
-def add_products(S, count, drive, v):
-    """Add ``drive v^T`` to responses, of so many rows."""
-    put_lanes(S, 0, get_lanes(S, 0) + drive[0] * v)
+def add_outer_product(S, count, e, v):
+    """Add ``e v^T`` to a block of S, of a number of rows."""
+    put_lanes(S, 0, get_lanes(S, 0) + e[0] * v)
     if count > 1:
-        put_lanes(S, 4, get_lanes(S, 4) + drive[1] * v)
+        put_lanes(S, 4, get_lanes(S, 4) + e[1] * v)
     if count > 2:
-        put_lanes(S, 8, get_lanes(S, 8) + drive[2] * v)
-        put_lanes(S, 12, get_lanes(S, 12) + drive[3] * v)
+        put_lanes(S, 8, get_lanes(S, 8) + e[2] * v)
+        put_lanes(S, 12, get_lanes(S, 12) + e[3] * v)
 
 
 @compile_inline
-def add_other_products(work, p, g):
-    """Add what entry p and those before it at its link do to each other through its joint, of inverse pivot g."""
+def add_coupling(work, p, g):
+    """Add the products of entry p with those before it at its link, whose joint of one axis has the inverse pivot g."""
     entry = work.paths.entries[at(p)]
-    drive = work.entries[at(p)].drive
+    e = work.entries[at(p)].joint_force
     q = work.paths.entries[at(p)].begin
     while q < p:
         S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
-        add_products(S, entry.count, drive, g * get_lanes(work.entries[at(q)].drive, 0))
+        add_outer_product(S, entry.count, e, g * get_lanes(work.entries[at(q)].joint_force, 0))
         q += 1
 
 
 @compile_inline
-def yielded_to_free(own, scratch, force):
+def free_joint_response(own, scratch, force):
     """Return ``D^-1 force`` of a free joint for the forces of four rows; the scratch ``(24,)`` holds it too."""
     put_lanes6(scratch, force)
     _solve_free(own.pivot, scratch)
@@ -47,29 +47,40 @@ def _solve_free(pivot, x):
     start = 0
     for a in range(6):
         g = 1.0 / pivot[start]
-        found = get_lanes(x, 4 * a)
+        value = get_lanes(x, 4 * a)
         for b in range(1, 6 - a):
-            put_lanes(x, 4 * (a + b), get_lanes(x, 4 * (a + b)) - (g * pivot[start + b]) * found)
+            put_lanes(x, 4 * (a + b), get_lanes(x, 4 * (a + b)) - (g * pivot[start + b]) * value)
         start += 6 - a
     for a in range(5, -1, -1):
         start -= 6 - a
-        found = get_lanes(x, 4 * a)
+        value = get_lanes(x, 4 * a)
         for b in range(1, 6 - a):
-            found = found - pivot[start + b] * get_lanes(x, 4 * (a + b))
-        put_lanes(x, 4 * a, (1.0 / pivot[start]) * found)
+            value = value - pivot[start + b] * get_lanes(x, 4 * (a + b))
+        put_lanes(x, 4 * a, (1.0 / pivot[start]) * value)
 
 
 @compile_inline
-def clear(work, S):
-    """Set sixteen responses to zero."""
-    none = zeros(work)
-    put_lanes(S, 0, none)
-    put_lanes(S, 4, none)
-    put_lanes(S, 8, none)
-    put_lanes(S, 12, none)
+def clear_responses(work):
+    """Set S and `free` of all bundles to zero."""
+    for k in range(len(work.bundles)):
+        own = work.bundles[at(k)]
+        put_lanes(own.free, 0, _zeros(work))
+        _clear(work, own.S)
+        for q in range(k):
+            _clear(work, work.between[at(k), at(q)].S)
 
 
 @compile_inline
-def zeros(work):
-    """Return zeros that the compiler does not know as such, so that it does not call the system to write them."""
+def _clear(work, S):
+    """Set a block of S to zero."""
+    zeros = _zeros(work)
+    put_lanes(S, 0, zeros)
+    put_lanes(S, 4, zeros)
+    put_lanes(S, 8, zeros)
+    put_lanes(S, 12, zeros)
+
+
+@compile_inline
+def _zeros(work):
+    """Return four zeros read from memory: of constants the compiler would make a slow call of memset."""
     return four(work.tau[0])

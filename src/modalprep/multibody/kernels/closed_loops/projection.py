@@ -1,7 +1,7 @@
-"""Projection of states onto closed loops and motion constraints: theory 5.
+"""Projection of states onto closed loops and motion constraints, and their assembly at the start: theory 5.4.
 
-The coordinates move in `trial`, data of its own, while the inertias and the factor of `data` stay as they are as long
-as they are near enough: corrections are small, so that Newton steps with the first matrix hardly converge more slowly.
+Iterations have kinematics of their own, in `trial`. Inertias and the factor stay in `data` as long as the state is near
+theirs: corrections are small, so that Newton's method converges hardly more slowly with the first matrix.
 """
 
 from __future__ import annotations
@@ -11,36 +11,36 @@ import numpy as np
 from modalprep.compiler.jit import compile_kernel, compile_once
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward, outward_in_world, outward_motion
+from modalprep.multibody.kernels.closed_loops.constraint_forces import multiplier_response
 from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual
-from modalprep.multibody.kernels.closed_loops.factor import factorize, solve, violation
-from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR
-from modalprep.multibody.kernels.closed_loops.pushing import yield_to_multipliers
-from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond, write_responses
-from modalprep.multibody.kernels.closed_loops.steps import back_up, damp, nudge, shorten
-from modalprep.multibody.kernels.closed_loops.usual import write_usual
+from modalprep.multibody.kernels.closed_loops.factor import factorise, solve, violation
+from modalprep.multibody.kernels.closed_loops.reference_mobility import write_reference_mobility
+from modalprep.multibody.kernels.closed_loops.responses import gather_responses, inward_with_rows
+from modalprep.multibody.kernels.closed_loops.singularities import REGULAR
+from modalprep.multibody.kernels.closed_loops.steps import damp, leave_dead_point, limit_step, undo_step
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.joints import move
 
-CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
-FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off
-SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
-NEAR = 1e-5  # a gap across which the matrix of a Newton step need not be new
-FAST = 0.01  # what a Newton step with an old matrix may leave of a gap
-CLOSED_RATE = 1e-8  # of the largest rate: closed
+CLOSED = 1e-11  # tolerance of lengths relative to the size of the system, and of angles: near round-off
+FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: aimed at, as singular positions magnify what is left
+SLOW = 0.25  # a Newton step that leaves more of a gap has come to round-off
+NEAR = 1e-5  # largest gap for which a Newton step may use an old matrix
+FAST = 0.01  # share of a gap that a Newton step with an old matrix may leave
+CLOSED_RATE = 1e-8  # tolerance of rates, of the largest speed
 MOST_STEPS = 60  # of an assembly
-FAR = 0.01  # a gap beyond which a step that widens it is taken back, and damped: Levenberg and Marquardt
-LEAST_DAMPING, STIFFER = 1e-3, 10.0  # in usual mobilities of a row, that are added to its own
-NUDGES, NUDGE = 3, 0.05  # trials from a little beside a dead point, and how far beside in rad or sizes: once, twice, ..
-HELD = 1e8  # how much heavier a coordinate is that should stay
+FAR = 0.01  # a gap beyond which a step that widens it is undone, and damped (Levenberg and Marquardt)
+LEAST_DAMPING, MORE_DAMPING = 1e-3, 10.0  # in reference mobilities of a row; its growth
+TRIALS, OFFSET = 3, 0.05  # starts beside a dead point, and their distance in rad or sizes: once, twice, ..
+PENALTY = 1e8  # factor on the inertia of coordinates that should stay
 DIAGONAL = (0, 3, 5)  # of a symmetric matrix
 
-# A closure that holds two turns or three: conditions ``ea.eb = 0`` hold both ways round.
-FACE = np.dtype(
+# Directions of a closure with two rows or three of ANGLE: these, ``ea.eb = 0``, hold for reversed directions too.
+ORIENTATION = np.dtype(
     [
         ("a", np.int64),
         ("b", np.int64),  # ends
         ("row", np.int64),  # one of its rows
-        ("whole", np.int64),  # whether it holds all three turns
+        ("fixed", np.int64),  # whether all three rotations are constrained
         ("in_a", np.float64, 12),
         ("in_b", np.float64, 12),  # its axis, then x, y, z: in the axes of the links of its ends
     ]
@@ -58,7 +58,7 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
     trial : Data
         Another, for the kinematics.
     hinge : (nu,)
-        Inertias added to the hinges, see `inward`: large where a coordinate should stay, else 0.
+        Inertias added to the joints, see `inward`: large where a coordinate should stay, else 0.
     stiff : float
         The metric's modal rows are ``1 + stiff K``.
     tolerance : float
@@ -74,16 +74,16 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
     """
     last, damping = np.inf, 0.0
     for k in range(most + 1):
-        _measure(cons, model, trial, y, motion, t, work)
+        _residual(cons, model, trial, y, motion, t, work)
         worst = violation(work, work.phi)
         if worst > last and worst > FAR:
-            back_up(model, work, y)
-            _measure(cons, model, trial, y, motion, t, work)
+            undo_step(model, work, y)
+            _residual(cons, model, trial, y, motion, t, work)
             worst, last = last, np.inf
-            damping = max(LEAST_DAMPING, STIFFER * damping)
+            damping = max(LEAST_DAMPING, MORE_DAMPING * damping)
             damp(work, damping)
         elif damping > 0.0:
-            damping = damping / STIFFER if worst > FAR else 0.0
+            damping = damping / MORE_DAMPING if worst > FAR else 0.0
             damp(work, damping)
         if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
@@ -91,14 +91,14 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
             damp(work, 0.0)
             return -1
         factored = factored and worst <= NEAR and worst <= FAST * last and work.sine[0] > REGULAR
-        if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
+        if not factored and not _factorise_at(cons, model, data, y, motion, work, hinge, stiff):
             damp(work, 0.0)
             return -1
         factored = True
-        copy(work.phi, work.wanted)
+        copy(work.phi, work.residual)
         solve(work)
-        yield_to_multipliers(model, data, work)
-        shorten(cons, model, work)
+        multiplier_response(model, data, work)
+        limit_step(cons, model, work)
         if worst > last:  # overshot: a shorter step
             for c in range(len(work.step)):
                 work.step[c] *= 0.5
@@ -111,54 +111,54 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
 def project_velocities(cons, model, data, y, motion, work, hinge, stiff, tolerance, factored):
     """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `project_positions`; False on failure.
 
-    `factored` as there, but the factor is made anew where it leaves more than `tolerance` of a row: of one that was
-    redundant where the loops were open. With the factor of a state nearby, something is left: `settle` repeats it.
+    `factored` as there, but the factor is computed again where it leaves more than `tolerance` of a row, as of one that
+    was redundant where the loops were open. That of a state nearby leaves a little: `project_state` repeats the step.
     """
-    copy(work.rate, work.wanted)
+    copy(work.rate, work.residual)
     if factored:
         solve(work)
-        factored = work.sine[0] > REGULAR and _rest(work) <= tolerance
+        factored = work.sine[0] > REGULAR and _remaining_violation(work) <= tolerance
     if not factored:
-        if not _factor(cons, model, data, y, motion, work, hinge, stiff):
+        if not _factorise_at(cons, model, data, y, motion, work, hinge, stiff):
             return False
         solve(work)
-    yield_to_multipliers(model, data, work)
+    multiplier_response(model, data, work)
     for k in range(len(work.step)):
         y[model.nx + k] += work.step[k]
     return True
 
 
 @compile_kernel
-def _measure(cons, model, trial, y, motion, t, work):
-    """Write what the rows of a state measure."""
+def _residual(cons, model, trial, y, motion, t, work):
+    """Write Phi and Phi' of all rows at a state."""
     outward_motion(model, trial, y, motion)
     constraint_residual(cons, model, trial, y, motion, t, work, False)
 
 
 @compile_kernel
-def _rest(work):
-    """Return what the multipliers of the last `solve` leave of its rows, see `violation`."""
-    write_responses(work)
-    for i in range(len(work.goal)):
-        work.goal[i] = work.wanted[i]
-        for j in range(len(work.goal)):
-            work.goal[i] += work.S[i, j] * work.multiplier[j]
-    return violation(work, work.goal)
+def _remaining_violation(work):
+    """Return what the multipliers of the last `solve` leave of the `residual`, see `violation`."""
+    gather_responses(work)
+    for i in range(len(work.target)):
+        work.target[i] = work.residual[i]
+        for j in range(len(work.target)):
+            work.target[i] += work.S[i, j] * work.multiplier[j]
+    return violation(work, work.target)
 
 
 @compile_kernel
-def _factor(cons, model, data, y, motion, work, hinge, stiff):
-    """Write the inertias at a state, and the factor of its rows, after `constraint_residual`; False on failure."""
+def _factorise_at(cons, model, data, y, motion, work, hinge, stiff):
+    """Write the inertias and the factor of the rows at a state, after `constraint_residual`; False on failure."""
     outward_in_world(model, data, y, motion)
-    if inward_and_respond(cons, model, data, work, work.tau, hinge, 0.0, stiff) >= 0:
+    if inward_with_rows(cons, model, data, work, work.tau, hinge, 0.0, stiff) >= 0:
         return False
-    factorize(work)
+    factorise(work)
     return True
 
 
 @compile_once
-def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored):
-    """Project coordinates and speeds of y, both to `tolerance`; returns how often it moved something, -1 on failure.
+def project_state(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored):
+    """Project coordinates and speeds of y, both to `tolerance`; returns the number of changes, -1 on failure.
 
     For an integrator after an accepted step; arguments as `project_positions`. Without loops it does nothing.
     """
@@ -176,7 +176,7 @@ def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance
         steps = steps + 1 if moves else -1
         if not old:
             break
-        _measure(cons, model, trial, y, motion, t, work)
+        _residual(cons, model, trial, y, motion, t, work)
     return steps
 
 
@@ -189,21 +189,21 @@ def rate_slopes(cons, model, data, y, motion, t, work, out):
     for u in range(out.shape[1]):
         y[model.nx :] = 0.0
         y[model.nx + u] = 1.0
-        _measure(cons, model, data, y, motion, t, work)
+        _residual(cons, model, data, y, motion, t, work)
         for i in range(out.shape[0]):
-            out[i, u] = work.rate[i] + work.push[i]
+            out[i, u] = work.rate[i] + work.driven_rate[i]
 
 
 @compile_kernel
-def assemble(cons, model, data, trial, y, motion, t, work, faces, kept, hinge, soft, size, found):
-    """Write the consistent state nearest to y, in the mass matrix, to `found`; False where the loops do not close.
+def assemble(cons, model, data, trial, y, motion, t, work, orientations, kept, hinge, soft, size, out):
+    """Write the consistent state nearest to y, in the mass matrix, to `out`; False where the loops do not close.
 
-    Hinges of the links `kept` and modes at rest stay where the loops close without them.
+    Joints of the links `kept` and modes at rest stay where the loops close without them.
 
     Parameters
     ----------
-    faces : (nf,) FACE
-        Closures that could close the other way round.
+    orientations : (no,) ORIENTATION
+        Of closures that could close with reversed directions.
     kept : (nk,) int
         Links.
     hinge : (nu,)
@@ -213,35 +213,35 @@ def assemble(cons, model, data, trial, y, motion, t, work, faces, kept, hinge, s
     size : float
         Of the system, m.
     """
-    write_usual(cons, model, data, y, motion, t, work, HELD * soft, size, found)
-    _as_at_start(cons, model, data, y, motion, t, work)
-    _keep(model, data, y, motion, kept, work, hinge)
-    for away in range(NUDGES + 1):
+    write_reference_mobility(cons, model, data, y, motion, t, work, PENALTY * soft, size, out)
+    _take_start_values(cons, model, data, y, motion, t, work)
+    _penalise(model, data, y, motion, kept, work, hinge)
+    for trials in range(TRIALS + 1):
         for attempt in range(3):
-            copy(y, found)
-            nudge(model, hinge, NUDGE * away, size, work, found)
-            stiff = HELD * soft if attempt == 0 else soft
+            copy(y, out)
+            leave_dead_point(model, hinge, OFFSET * trials, size, work, out)
+            stiff = PENALTY * soft if attempt == 0 else soft
             own = work.tau if attempt == 2 else hinge
-            if _closed(cons, model, data, trial, found, motion, t, work, faces, own, stiff, size):
+            if _close(cons, model, data, trial, out, motion, t, work, orientations, own, stiff, size):
                 return True
     return False
 
 
 @compile_kernel
-def _as_at_start(cons, model, data, y, motion, t, work):
-    """Take lengths and sums of joint coordinates that have no value from the start values."""
+def _take_start_values(cons, model, data, y, motion, t, work):
+    """Take lengths and sums of joint coordinates that are not prescribed from the start values."""
     measured = False
     for i in range(len(cons.rows)):
         if (cons.rows[i].kind == DISTANCE or cons.rows[i].kind == COUPLER) and cons.rows[i].table < 0:
             if not measured:
-                _measure(cons, model, data, y, motion, t, work)
+                _residual(cons, model, data, y, motion, t, work)
                 measured = True
             work.value[i] += work.phi[i]
 
 
 @compile_kernel
-def _keep(model, data, y, motion, kept, work, hinge):
-    """Write inertias that keep the coordinates of some links to `hinge`: each HELD times what the hinge carries."""
+def _penalise(model, data, y, motion, kept, work, hinge):
+    """Write added inertias of the joints of the links `kept` to `hinge`: PENALTY times what each joint carries."""
     hinge[:] = 0.0
     if len(kept) == 0:
         return
@@ -257,47 +257,48 @@ def _keep(model, data, y, motion, kept, work, hinge):
             if joint == FREE or (joint != SPHERICAL and not turns and k == 2):
                 largest = max(largest, abs(data.links[i].M[DIAGONAL[k]]))
         for u in range(model.links[i].u, model.links[i].u + SPEEDS[joint]):
-            hinge[u] = HELD * largest
+            hinge[u] = PENALTY * largest
 
 
 @compile_kernel
-def _closed(cons, model, data, trial, y, motion, t, work, faces, hinge, stiff, size):
-    """Project coordinates and speeds of y; False where they do not come to be closed."""
+def _close(cons, model, data, trial, y, motion, t, work, orientations, hinge, stiff, size):
+    """Project coordinates and speeds of y; False where the loops stay open."""
     steps = project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff, CLOSED, MOST_STEPS, False)
-    if steps < 0 or faces_away(faces, work):
+    if steps < 0 or is_reversed(orientations, work):
         return False
     if not project_velocities(cons, model, data, y, motion, work, hinge, stiff, 0.0, False):
         return False
-    _measure(cons, model, data, y, motion, t, work)
-    fastest, push = 0.0, 0.0
+    _residual(cons, model, data, y, motion, t, work)
+    fastest, driven = 0.0, 0.0
     for k in range(model.nx, len(y)):
         fastest = max(fastest, abs(y[k]))
-    for i in range(len(work.push)):
-        push = max(push, abs(work.push[i]))
-    return violation(work, work.rate) <= CLOSED_RATE * (fastest + push / size)
+    for i in range(len(work.driven_rate)):
+        driven = max(driven, abs(work.driven_rate[i]))
+    return violation(work, work.rate) <= CLOSED_RATE * (fastest + driven / size)
 
 
 @compile_kernel
-def faces_away(faces, work):
-    """Whether the axes of a closure that holds agree, but point against each other, after `constraint_residual`."""
-    for i in range(len(faces)):
-        if work.unit[faces[i].row] > 0.0:
-            turned = 0.0
+def is_reversed(orientations, work):
+    """Return whether the directions of an active closure are parallel but opposite, after `constraint_residual`."""
+    for i in range(len(orientations)):
+        own = orientations[i]
+        if work.unit[own.row] > 0.0:
+            trace = 0.0
             for k in range(1, 4):
-                turned += _agreement(faces[i], work, k)
-            if _agreement(faces[i], work, 0) < 0.0 or (faces[i].whole and turned < 2.0):
+                trace += _cosine(own, work, k)
+            if _cosine(own, work, 0) < 0.0 or (own.fixed and trace < 2.0):
                 return True
     return False
 
 
 @compile_kernel
-def _agreement(face, work, k):
-    """Return the cosine between direction k of a face on both of its ends."""
+def _cosine(orientation, work, k):
+    """Return the cosine between direction k on both ends."""
     total = 0.0
     for r in range(3):
         in_a, in_b = 0.0, 0.0
         for c in range(3):
-            in_a += work.ends[face.a].rotation[3 * r + c] * face.in_a[3 * k + c]
-            in_b += work.ends[face.b].rotation[3 * r + c] * face.in_b[3 * k + c]
+            in_a += work.ends[orientation.a].rotation[3 * r + c] * orientation.in_a[3 * k + c]
+            in_b += work.ends[orientation.b].rotation[3 * r + c] * orientation.in_b[3 * k + c]
         total += in_a * in_b
     return total

@@ -1,4 +1,4 @@
-"""Steps of joints that close loops: no farther than linear equations hold, and off a dead point.
+"""Steps of the Newton iterations that close loops: their limits, damping, and a start beside a dead point.
 
 Arguments as in constraints.py.
 """
@@ -9,15 +9,15 @@ import numpy as np
 
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.closed_loops.constraints import DISTANCE, POINT
-from modalprep.multibody.kernels.closed_loops.usual import elsewhere
+from modalprep.multibody.kernels.closed_loops.reference_mobility import sample_step
 from modalprep.multibody.kernels.joints import is_turn, move
 
 TURN = 0.5  # rad or sizes of the system: the most that a Newton step moves a joint
 
 
 @compile_kernel
-def shorten(cons, model, work):
-    """Shorten a Newton step that would move a joint far: there its linear equations do not hold."""
+def limit_step(cons, model, work):
+    """Shorten a Newton step that moves a joint farther than linear equations hold."""
     most, size = 1.0, np.inf
     for i in range(len(model.links)):
         for u in range(model.links[i].u, model.links[i].uq):
@@ -25,7 +25,7 @@ def shorten(cons, model, work):
                 most = max(most, abs(work.step[u]) / TURN)
             elif abs(work.step[u]) > 0.0:
                 if size == np.inf:
-                    size = _size(cons, work)
+                    size = _system_size(cons, work)
                 most = max(most, abs(work.step[u]) / (TURN * size))
     if most > 1.0:
         for u in range(len(work.step)):
@@ -33,8 +33,8 @@ def shorten(cons, model, work):
 
 
 @compile_kernel
-def back_up(model, work, y):
-    """Take the last step of the joints and modes back."""
+def undo_step(model, work, y):
+    """Undo the last step of the joints and modes."""
     for u in range(len(work.step)):
         work.step[u] = -work.step[u]
     move(model, y, work.step, y)
@@ -42,16 +42,16 @@ def back_up(model, work, y):
 
 @compile_kernel
 def damp(work, share):
-    """Add a share of its usual mobility to that of each row: steps become shorter, and turn to the steepest descent."""
+    """Add a share of its reference mobility to that of each row: steps turn to the steepest descent, and shorten."""
     for p in range(len(work.paths.row)):
         i = work.paths.row[p]
         if i >= 0:
-            work.bundles[p >> 2].compliance[p & 3] = work.compliance[i] + share * work.usual[i]
+            work.bundles[p >> 2].compliance[p & 3] = work.compliance[i] + share * work.reference_mobility[i]
 
 
 @compile_kernel
-def _size(cons, work):
-    """Return the size of the system by its rows, infinite where none holds a length."""
+def _system_size(cons, work):
+    """Return the size of the system by the unit of its rows, infinite where none constrains a length."""
     for i in range(len(cons.rows)):
         if (cons.rows[i].kind == POINT or cons.rows[i].kind == DISTANCE) and work.unit[i] > 0.0:
             return 1.0 / work.unit[i]
@@ -59,11 +59,11 @@ def _size(cons, work):
 
 
 @compile_kernel
-def nudge(model, hinge, share, size, work, y):
-    """Move the joints, but not those that should stay, a share of a radian or of the size: away from a dead point."""
+def leave_dead_point(model, hinge, share, size, work, y):
+    """Move the joints by a share of a radian or of the size, but not those that should stay (`hinge` not zero)."""
     if share == 0.0:
         return
-    elsewhere(model, 0, size, work.step)
+    sample_step(model, 0, size, work.step)
     for u in range(len(work.step)):
         work.step[u] *= share / np.pi if hinge[u] == 0.0 else 0.0
     move(model, y, work.step, y)

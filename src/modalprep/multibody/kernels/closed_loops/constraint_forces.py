@@ -1,4 +1,4 @@
-"""What the multipliers of rows do to the links: bias forces, and the accelerations that these alone would give.
+"""Constraint forces of the multipliers: in the bias forces of the links, and the accelerations due to them alone.
 
 Arguments as in constraints.py.
 """
@@ -11,17 +11,17 @@ from modalprep.multibody.kernels.algebra.rows import sums6
 from modalprep.multibody.kernels.algebra.tuples import ZERO6, at, axpy6, get6, put6, sub6
 from modalprep.multibody.kernels.articulated_body import forward_bias
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
-from modalprep.multibody.kernels.closed_loops.factor import take_multipliers
-from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond, respond
+from modalprep.multibody.kernels.closed_loops.factor import scatter_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import inward_with_rows
 from modalprep.multibody.kernels.data import REVOLUTE
 from modalprep.multibody.kernels.modal import clear_bias_of_modes, push_bias_of_modes
 
 
 @compile_inline
-def push(model, data, work):
-    """Add the multipliers to the bias forces of the last `inward`, as far as `forward` reads them.
+def apply_multipliers(model, data, work):
+    """Subtract the constraint forces from the bias forces of the last `inward`, as far as `forward` reads them.
 
-    Of a link behind a joint of one axis it reads the force along the axis alone; see `push_links`.
+    Of a link behind a joint of one axis it reads the component along the axis alone; see `complete_bias_forces`.
     """
     p = 0
     while p < len(work.entries):
@@ -29,37 +29,34 @@ def push(model, data, work):
         link = model.links[at(entry.link)]
         force = data.links[at(entry.link)].force
         if entry.u >= 0:
-            _push_along(link, force, _along(work, p, entry.end))
+            _subtract_along(link, force, _joint_force(work, p, entry.end))
         else:
-            _push_link(work, p, entry.end, force)
+            _subtract_wrench(work, p, entry.end, force)
         if link.modes > 0:
             for q in range(p, entry.end):
-                _push_modes(model, data, work, q)
+                _subtract_modal(model, data, work, q)
         p = entry.end
 
 
 @compile_kernel
-def push_links(cons, model, data, y, motion, t, work, tau):
-    """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None.
+def complete_bias_forces(cons, model, data, y, motion, t, work, tau):
+    """Subtract the other components of the constraint forces too, for what joints carry; `work` may be None.
 
-    Planar loops that were evaluated within their plane are measured in space first, and their `free` is lost; where
-    all links move in it, these come to have inertias in space by an `inward` with joint forces ``tau (nu,)``.
+    After an evaluation in the plane, rows and articulated inertias are first written in space, by an `inward` with
+    joint forces ``tau (nu,)``.
     """
     if work is None:
         return
-    if work.flat[0]:
+    if work.in_plane[0]:
         constraint_residual(cons, model, data, y, motion, t, work, True)
-        if work.paths.in_plane:
-            inward_and_respond(cons, model, data, work, tau, None, 0.0, 0.0)
-            push(model, data, work)
-        elif work.paths.planar:
-            respond(cons, model, data, work, work.tau)
+        inward_with_rows(cons, model, data, work, tau, None, 0.0, 0.0)
+        apply_multipliers(model, data, work)
     for p in range(len(work.entries)):
         entry = work.paths.entries[p]
         force = data.links[work.paths.entries[p].link].force
         if entry.u >= 0:
-            _push_link(work, p, p + 1, force)
-            _push_along(model.links[entry.link], force, -_along(work, p, p + 1))
+            _subtract_wrench(work, p, p + 1, force)
+            _subtract_along(model.links[entry.link], force, -_joint_force(work, p, p + 1))
 
 
 @compile_inline
@@ -69,17 +66,17 @@ def _multiplier(work, p):
 
 
 @compile_inline
-def _along(work, p, end):
-    """Return the force of the multipliers along a joint of one axis, of entries from p to before `end`."""
+def _joint_force(work, p, end):
+    """Return the constraint force along a joint of one axis, of entries from p to before `end`."""
     total = four(0.0)
     for q in range(p, end):
-        total = total + _multiplier(work, q) * get_lanes(work.entries[at(q)].drive, 0)
+        total = total + _multiplier(work, q) * get_lanes(work.entries[at(q)].joint_force, 0)
     return add_lanes(total)
 
 
 @compile_inline
-def _push_along(link, force, e):
-    """Take the force e along a joint of one axis off the bias force of its link."""
+def _subtract_along(link, force, e):
+    """Subtract a force e along a joint of one axis from the bias force of its link."""
     if link.joint == REVOLUTE:
         force[5] -= e
     else:
@@ -89,8 +86,8 @@ def _push_along(link, force, e):
 
 
 @compile_inline
-def _push_link(work, p, end, force):
-    """Add the multipliers of entries from p to before `end` to the bias force of their link."""
+def _subtract_wrench(work, p, end, force):
+    """Subtract the constraint forces of entries from p to before `end` from the bias force of their link."""
     none = four(0.0)
     total = none, none, none, none, none, none
     for q in range(p, end):
@@ -99,19 +96,19 @@ def _push_link(work, p, end, force):
 
 
 @compile_inline
-def _push_modes(model, data, work, p):
-    """Add the multipliers of entry p to the bias forces of its link's modes."""
+def _subtract_modal(model, data, work, p):
+    """Subtract the modal constraint forces of entry p from the bias forces of its link's modes."""
     entry = work.paths.entries[at(p)]
     for k in range(entry.count):
         push_bias_of_modes(data.modal, model, entry.link, work.solution[WIDTH * entry.bundle + k], work.modal, p, k)
 
 
 @compile_kernel
-def yield_to_multipliers(model, data, work):
-    """Write what the multipliers of the rows alone accelerate, ``M^-1 G^T multiplier``, to ``work.step (nu,)``."""
-    take_multipliers(work)
+def multiplier_response(model, data, work):
+    """Write the accelerations due to the multipliers alone, ``M^-1 G^T multiplier``, to ``work.step (nu,)``."""
+    scatter_multipliers(work)
     for i in range(len(model.links)):
         put6(data.links[i].force, ZERO6)
     clear_bias_of_modes(data.modal, model)
-    push(model, data, work)
+    apply_multipliers(model, data, work)
     forward_bias(model, data, work.tau, work.step)

@@ -1,4 +1,4 @@
-"""The usual mobility of rows, in other positions of the joints: beside it a row that loses its direction is seen.
+"""Reference mobilities of the rows, in other positions of the joints: they show where a row loses its direction.
 
 Arguments as in constraints.py.
 """
@@ -11,17 +11,17 @@ from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import outward_in_world
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
-from modalprep.multibody.kernels.closed_loops.factor import weigh
-from modalprep.multibody.kernels.closed_loops.responses import inward_and_respond
+from modalprep.multibody.kernels.closed_loops.factor import update_weights
+from modalprep.multibody.kernels.closed_loops.responses import inward_with_rows
 from modalprep.multibody.kernels.joints import is_turn, move
 
-POSITIONS = 3
-GOLDEN = 0.6180339887498949  # multiples of it fill a circle evenly
+SAMPLES = 3
+GOLDEN = 0.6180339887498949  # its multiples fill a circle evenly
 
 
 @compile_kernel
-def write_usual(cons, model, data, y, motion, t, work, rigid, size, place):
-    """Write the largest mobility of each row in some positions of the joints, which need not close the loops.
+def write_reference_mobility(cons, model, data, y, motion, t, work, rigid, size, place):
+    """Write the largest mobility of each row in some positions of the joints, where the loops may be open.
 
     Parameters
     ----------
@@ -32,25 +32,29 @@ def write_usual(cons, model, data, y, motion, t, work, rigid, size, place):
     place : (ny,)
         Scratch.
     """
-    work.usual[:] = 0.0
-    for k in range(POSITIONS):
-        elsewhere(model, k * len(work.step), size, work.step)
+    work.reference_mobility[:] = 0.0
+    for k in range(SAMPLES):
+        sample_step(model, k * len(work.step), size, work.step)
         copy(y, place)
         move(model, place, work.step, place)
         place[model.nx :] = 0.0
         outward_in_world(model, data, place, motion)
         constraint_residual(cons, model, data, place, motion, t, work, False)
-        if inward_and_respond(cons, model, data, work, work.tau, None, 0.0, rigid) < 0:
+        if inward_with_rows(cons, model, data, work, work.tau, None, 0.0, rigid) < 0:
             for p in range(len(work.paths.row)):
                 i = work.paths.row[p]
                 if i >= 0:
-                    work.usual[i] = max(work.usual[i], work.bundles[p >> 2].S[5 * (p & 3)])
-    weigh(work)
+                    mobility = work.bundles[p >> 2].S[5 * (p & 3)]
+                    work.reference_mobility[i] = max(work.reference_mobility[i], mobility)
+    update_weights(work)
 
 
 @compile_kernel
-def elsewhere(model, first, size, step):
-    """Write increments that turn each joint to somewhere else and shift it by up to a size, and no modes."""
+def sample_step(model, first, size, step):
+    """Write a step that turns each joint by up to half a turn and shifts it by up to `size`; modes stay.
+
+    `first` is the number of its first coordinate in a sequence that fills this range evenly.
+    """
     step[:] = 0.0
     for i in range(len(model.links)):
         link = model.links[i]
