@@ -348,7 +348,7 @@ def test_vtu_with_an_integer_array(parts, expected, tmp_path, binary):
 @pytest.mark.parametrize("writer", ["meshio", "vtk"])
 def test_wedges_of_a_vtu_stand_upright(tmp_path, writer):
     """VTK and meshio number the nodes of a wedge in opposite senses; both files must give a positive volume."""
-    points = np.array([[5.0, 7, -9], [6, 7, -9], [5, 8, -9], [5, 7, -8], [6, 7, -8], [5, 8, -8]])
+    points = np.array([[5.0, 7, 9], [6, 7, 9], [5, 8, 9], [5, 7, 10], [6, 7, 10], [5, 8, 10]])
     file = tmp_path / "wedge.vtu"
     if writer == "meshio":
         meshio.Mesh(points, [("wedge", np.arange(6)[None])]).write(file)

@@ -183,7 +183,7 @@ def _spring(b: Builder, element: Element) -> None:
 
 def _rigid(b: Builder, element: Element) -> None:
     """MPC184: a rigid beam, or a rigid link, which keeps the distance of its nodes."""
-    option = b.deck.types[element.type].options.get(1, 0)
+    option = b.deck.types[element.type].options[1]
     if option not in (0, 1):
         raise b.deck.error(
             element, "of MPC184 rigid links and beams are read (KEYOPT(1) = 0 or 1); name MPC184 in 'ignore'"
