@@ -160,3 +160,14 @@ def test_unreachable_target_is_reported():
     free = cantilever_model(6)
     with pytest.raises(mp.AccuracyError, match="above the target"):
         to_target(free, lambda n: craig_bampton(free, modes=min(n, 2), truncation=()), 1e-6, up_to=50.0)
+
+
+def test_effective_masses_of_truncation_vectors(model):
+    """Vectors that are orthonormal in the mass matrix have no more than the mass of the body."""
+    table = craig_bampton(model, modes=3, truncation=("inertia",)).table
+    few, more = (
+        sum(table.effective_mass[k] for k, kind in enumerate(table.kind) if kind in kinds)
+        for kinds in (("fixed-interface",), ("fixed-interface", "truncation"))
+    )
+    assert np.all(more <= table.total * (1 + 1e-9))
+    assert np.all(more[[1, 2]] > few[[1, 2]])

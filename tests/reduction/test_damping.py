@@ -197,6 +197,13 @@ def test_undamped_is_undamped(system):
         assert component_damping(system, 0.0, method).achieved.max() == 0.0
 
 
+def test_coupling_does_not_depend_on_the_size_of_the_damping(system):
+    """Both methods are linear in the target, and coupling is the ratio of two of their sums."""
+    found = [component_damping(system, ratio, "back_projection").coupling for ratio in (1e-2, 1e-8)]
+    assert found[0] > 1e-3
+    assert np.isclose(*found, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("target", "message"),
     [
