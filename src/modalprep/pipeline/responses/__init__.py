@@ -1,1 +1,1 @@
-"""What a pipeline file asks of the responses of its body: spectra, notches, shock, fatigue."""
+"""Responses of the body of a pipeline file: spectra, notches, shock, fatigue."""

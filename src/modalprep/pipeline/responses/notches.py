@@ -13,18 +13,18 @@ from modalprep.errors import InputError
 from modalprep.pipeline.schema.quantities import level
 from modalprep.pipeline.schema.responses.response import Limited
 from modalprep.pipeline.schema.responses.strength import NotchTable
-from modalprep.pipeline.schema.time import spectrum_of
+from modalprep.pipeline.schema.time import Curve, spectrum_of
 from modalprep.response.inputs import Spectrum
 from modalprep.response.limits import NotchedInput, force_limit, notch, quasi_static_limit
 from modalprep.response.result import Response
 from modalprep.suggest import matching, suggestion
 
-BESIDE = 1e-9  # relative distance of the points that keep the corners of a table beside a notch
-TOO_MUCH = 0.01  # excess over a limit, between the points of the notched table, that a note says
+BESIDE = 1e-9  # relative distance of the extra points on both sides of each corner of a table
+TOO_MUCH = 0.01  # relative excess over a limit, between the points of the notched table, above which there is a note
 
 
 def with_limited(channels: list[str], limits: list[NotchTable]) -> list[str]:
-    """Return the channels with curves, those included that limits need; all when none is named."""
+    """Return the channels to compute: those named and those that have limits; empty, which means all, if none is."""
     return [*channels, *(before_pattern(each.channel) for each in limits)] if channels else []
 
 
@@ -40,7 +40,7 @@ def before_pattern(channel: str) -> str:
 
 
 def notched_input(table: Limited, response: Response, body: FlexibleBody, folder: Path) -> NotchedInput:
-    """Return what the limits of a table leave of its inputs; several are lowered together.
+    """Return the inputs of a table, lowered together until the response is within its limits.
 
     Raises
     ------
@@ -51,42 +51,45 @@ def notched_input(table: Limited, response: Response, body: FlexibleBody, folder
     limits = limit_curves(table, response, body, folder, response.input_values)
     given = np.abs(response.input_values)
     given = given.sum(axis=1) if density else np.linalg.norm(given, axis=1)
-    curves = {name: _sizes(response, name.partition(" ")[0]) for name in limits}
-    safe = np.where(given > 0, given, 1.0)
-    transfers = {name: np.sqrt(x / safe) if density else x / safe for name, x in curves.items()}
+    magnitudes = {name: np.abs(response[name.partition(" ")[0]]) for name in limits}
+    divisor = np.where(given > 0, given, 1.0)
+    transfers = {name: np.sqrt(x / divisor) if density else x / divisor for name, x in magnitudes.items()}
     return notch(response.axis, given, transfers, limits, density=density, max_depth=_depths(table, response))
 
 
 def limit_curves(
     table: Limited, response: Response, body: FlexibleBody, folder: Path, inputs: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the limits (nf,) over the axis of a response, by channel and kind of limit; `inputs` are those given."""
-    found: dict[str, np.ndarray] = {}
+    """Return the limits (nf,) over the axis of a response, by channel and kind of limit.
+
+    `inputs` (nf, m) are those before any notch.
+    """
+    limits: dict[str, np.ndarray] = {}
     for row in table.notch:
-        for name in _limited(row, response):
+        for name in _limited_channels(row, response):
             values = _limit(row, name, response, body, folder, inputs)
-            key = f"{name} ({_word(row)})"
-            found[key] = np.minimum(found[key], values) if key in found else values
-    return found
+            key = f"{name} ({_kind(row)})"
+            limits[key] = np.minimum(limits.get(key, np.inf), values)
+    return limits
 
 
 def _depths(table: Limited, response: Response) -> dict[str, float]:
-    """Return the largest depths (dB) of the notches of each limit, by its channel and kind; of several the largest."""
-    found: dict[str, float] = {}
+    """Return the largest permitted depth (dB) of the notches, by channel and kind of limit."""
+    depths: dict[str, float] = {}
     for row in table.notch:
-        for name in _limited(row, response):
-            key = f"{name} ({_word(row)})"
-            found[key] = max(found.get(key, 0.0), row.max_depth)
-    return found
+        for name in _limited_channels(row, response):
+            key = f"{name} ({_kind(row)})"
+            depths[key] = max(depths.get(key, 0.0), row.max_depth)
+    return depths
 
 
-def _word(row: NotchTable) -> str:
+def _kind(row: NotchTable) -> str:
     if row.limit is not None:
         return "limit"
     return "quasi-static" if row.design_acceleration is not None else "semi-empirical"
 
 
-def _limited(row: NotchTable, response: Response) -> list[str]:
+def _limited_channels(row: NotchTable, response: Response) -> list[str]:
     names = matching(response.names, row.channel)
     if not names:
         known = response.names[:60]
@@ -97,27 +100,22 @@ def _limited(row: NotchTable, response: Response) -> list[str]:
 def _limit(
     row: NotchTable, name: str, response: Response, body: FlexibleBody, folder: Path, inputs: np.ndarray
 ) -> np.ndarray:
-    density = response.kind == "random"
-    f = response.axis
-    mass = row.mass or body.m
     if row.limit is not None:
-        unit = response.units[response.names.index(name)]
-        try:
-            found = spectrum_of(row.limit, squared(unit) if density else unit, folder)
-        except ValueError as error:
-            raise InputError(f"notch of {name}: {error}") from None
-        outside = (f < found.band[0]) | (f > found.band[1])
-        return np.where(outside, np.inf, found.at(f))
+        return _given_limit(row.limit, name, response, folder)
+    density = response.kind == "random"
+    mass = row.mass or body.m
     if row.design_acceleration is not None:
         acceleration = level(row.design_acceleration, "m/s^2", None)
-        force = _sizes(response, name)
+        force = np.abs(response[name])
         return quasi_static_limit(
-            f, force, mass=mass, acceleration=acceleration, density=density, weight=response.weight
+            response.axis, force, mass=mass, acceleration=acceleration, density=density, weight=response.weight
         )
+    assert row.factor is not None  # by the check of the table
+    assert row.break_frequency is not None
     driven = name.replace("force.", "")  # base.force.x follows base.x
     acceleration = np.abs(inputs[:, response.inputs.index(driven)])
-    found = force_limit(
-        f,
+    limit = force_limit(
+        response.axis,
         acceleration,
         mass=mass,
         factor=row.factor,
@@ -125,7 +123,19 @@ def _limit(
         rolloff=row.rolloff,
         density=density,
     )
-    return np.where(acceleration > 0, found, np.inf)
+    return np.where(acceleration > 0, limit, np.inf)
+
+
+def _given_limit(limit: Curve, name: str, response: Response, folder: Path) -> np.ndarray:
+    """Return a limit (nf,) that is given as a number or a curve; infinite outside the band of the curve."""
+    f = response.axis
+    unit = response.units[response.names.index(name)]
+    try:
+        spectrum = spectrum_of(limit, squared(unit) if response.kind == "random" else unit, folder)
+    except ValueError as error:
+        raise InputError(f"notch of {name}: {error}") from None
+    outside = (f < spectrum.band[0]) | (f > spectrum.band[1])
+    return np.where(outside, np.inf, spectrum.at(f))
 
 
 def squared(unit: str) -> str:
@@ -139,15 +149,12 @@ def squared(unit: str) -> str:
     return re.sub(r"([A-Za-z]+)(?:\^(\d))?", lambda x: f"{x[1]}^{2 * int(x[2] or 1)}", unit) + "/Hz"
 
 
-def _sizes(response: Response, name: str) -> np.ndarray:
-    return np.abs(response[name])
-
-
-def lowered(inputs: Mapping[str, Spectrum], cut: NotchedInput) -> dict[str, Spectrum]:
-    """Return the inputs times what the notches leave, as tables; those of densities have fewer points."""
-    share = np.divide(cut.notched, cut.given, out=np.ones_like(cut.given), where=cut.given > 0)
-    f = _points(inputs, cut, share) if cut.density else cut.frequency
-    scale = np.interp(f, cut.frequency, share)
+def lowered(inputs: Mapping[str, Spectrum], notched: NotchedInput) -> dict[str, Spectrum]:
+    """Return the inputs times the factor of the notches, as tables; those of densities have fewer points."""
+    given = notched.given
+    factor = np.divide(notched.notched, given, out=np.ones_like(given), where=given > 0)
+    f = _points(inputs, notched.frequency, factor) if notched.density else notched.frequency
+    scale = np.interp(f, notched.frequency, factor)
     return {
         name: Spectrum(
             frequency=f, value=x.with_(phase=None).at(f) * scale, phase=None if x.phase is None else np.angle(x.at(f))
@@ -156,10 +163,9 @@ def lowered(inputs: Mapping[str, Spectrum], cut: NotchedInput) -> dict[str, Spec
     }
 
 
-def _points(inputs: Mapping[str, Spectrum], cut: NotchedInput, share: np.ndarray) -> np.ndarray:
-    """Return the ends of the band, the points in notches with those beside them, and the corners of all tables."""
-    f = cut.frequency
-    low = share < 1
+def _points(inputs: Mapping[str, Spectrum], f: np.ndarray, factor: np.ndarray) -> np.ndarray:
+    """Return the ends of the band, the points in notches with their neighbours, and the corners of all tables."""
+    low = factor < 1
     near = low | np.roll(low, 1) | np.roll(low, -1)
     near[[0, -1]] = True
     corners = np.concatenate([x.frequency for x in inputs.values() if x.frequency is not None] or [np.zeros(0)])
@@ -167,12 +173,12 @@ def _points(inputs: Mapping[str, Spectrum], cut: NotchedInput, share: np.ndarray
     return np.unique(np.concatenate([f[near], corners[(corners > f[0]) & (corners < f[-1])]]))
 
 
-def too_shallow(cut: NotchedInput) -> list[str]:
-    """Return a warning of each limit that is exceeded because its notch would be deeper than `max_depth`."""
+def too_shallow(notched: NotchedInput) -> list[str]:
+    """Return a warning for each limit that is exceeded because its notch would be deeper than `max_depth`."""
     return [
-        f"{key} is exceeded by {over:.1f} dB at {at:.4g} Hz, as its notch may not be deeper than max_depth: agree a "
+        f"{key} is exceeded by {over:.1f} dB at {f:.4g} Hz, as its notch may not be deeper than max_depth: agree a "
         "deeper one, or another limit"
-        for key, (over, at) in cut.exceeded.items()
+        for key, (over, f) in notched.exceeded.items()
     ]
 
 
@@ -182,14 +188,14 @@ def excess(
     body: FlexibleBody,
     folder: Path,
     inputs: Mapping[str, Spectrum],
-    cut: NotchedInput,
+    notched: NotchedInput,
 ) -> list[str]:
-    """Return a note where a response to notched inputs exceeds its limit; `inputs` are those before."""
+    """Return a note where a response to notched inputs exceeds its limit; `inputs` are those before the notches."""
     given = np.stack([x.at(response.axis) for x in inputs.values()], axis=1)
     notes = []
     for key, values in limit_curves(table, response, body, folder, given).items():
         power = 2 if response.kind == "random" else 1
-        most = np.max(_sizes(response, key.partition(" ")[0]) / values) ** (1 / power) - 1
-        if most > TOO_MUCH and "quasi-static" not in key and key not in cut.exceeded:
-            notes.append(f"{key} is exceeded by {100 * most:.1f} % between the points of the notched input")
+        largest = np.max(np.abs(response[key.partition(" ")[0]]) / values) ** (1 / power) - 1
+        if largest > TOO_MUCH and "quasi-static" not in key and key not in notched.exceeded:
+            notes.append(f"{key} is exceeded by {100 * largest:.1f} % between the points of the notched input")
     return notes

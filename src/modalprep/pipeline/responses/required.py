@@ -14,7 +14,7 @@ from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.requirements import NOT_MEASURED
 from modalprep.verdicts.verdict import FAILED, PASSED, UNCHECKED, Requirement
 
-SIGNIFICANT = 0.1  # of the effective mass: a mode that moves the body in a direction
+SIGNIFICANT = 0.1  # share of the effective mass in a direction, above which a mode counts as one of it
 NO_MARGIN = "nothing has an allowable or a limit"
 
 
@@ -25,14 +25,14 @@ def required_of_body(table: RequireTable, body: FlexibleBody, error: ReductionEr
     --------
     >>> from modalprep.examples import uniform_beam
     >>> table = RequireTable.model_validate({"mass": {"below": "10 kg"}})
-    >>> [str(found) for found in required_of_body(table, uniform_beam(modes=2), None)]
+    >>> [str(requirement) for requirement in required_of_body(table, uniform_beam(modes=2), None)]
     ['mass: 12 kg, must be below 10 kg']
     """
     return [*_inertia(table, body), *_frequencies(table, body), *_effective(table, body), *_error(table, error)]
 
 
 def required_margin(table: RequireTable, margins: Iterable[float]) -> list[Requirement]:
-    """Return the requirement on the least of margins; NaN stands for one that is not known.
+    """Return the requirement on the smallest of margins; NaN is an unknown margin.
 
     Examples
     --------
@@ -57,14 +57,14 @@ def _inertia(table: RequireTable, body: FlexibleBody) -> Iterator[Requirement]:
 def _frequencies(table: RequireTable, body: FlexibleBody) -> Iterator[Requirement]:
     for key, bound in bounds(table.frequency):
         name = "first frequency" if key == "first" else f"first frequency with 10 % of the effective mass in {key}"
-        found = body.frequency[(body.K > 0) & _moved(body, key)]
-        if len(found):
-            yield _between(name, float(found[0]), bound, "Hz")
+        frequencies = body.frequency[(body.K > 0) & _has_mass(body, key)]
+        if len(frequencies):
+            yield _between(name, float(frequencies[0]), bound, "Hz")
         else:
             yield Requirement(name=name, result=UNCHECKED, says="the body has no such mode")
 
 
-def _moved(body: FlexibleBody, key: str) -> np.ndarray:
+def _has_mass(body: FlexibleBody, key: str) -> np.ndarray:
     """Return which modes have a significant effective mass in a direction; all of them for ``first``."""
     if key == "first":
         return np.ones(body.n, dtype=bool)

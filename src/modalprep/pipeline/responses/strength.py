@@ -46,31 +46,34 @@ def strength(
     Parameters
     ----------
     histories : {name: Response or Result}
-        Of the tables [response], and of None the main run; tables of one that is not there are left to another command.
+        Of the tables [response], and of None the main run. Tables of histories that are missing are passed over.
 
     Raises
     ------
     InputError
         Which names the table.
     """
-    found = Strength()
+    results = Strength()
     path = source.path
-    tables_of = source.pipeline.srs, source.pipeline.fatigue
-    for kind, tables, work in zip(("srs", "fatigue"), tables_of, (_shocks, _fatigue), strict=True):
+    for kind, tables in (("srs", source.pipeline.srs), ("fatigue", source.pipeline.fatigue)):
         for name, table in tables.items():
             history = histories.get(table.response)
-            if history is not None:
-                target = folder / f"{path.stem}-{name}-{kind}.csv"
-                refuse_overwriting([target, target.with_suffix(".png")], needed_files(source))
-                with naming(path), naming(f"[{kind}.{name}]"):
-                    work(found, name, table, history, target, reporter)
-    for note in found.notes:
+            if history is None:
+                continue
+            target = folder / f"{path.stem}-{name}-{kind}.csv"
+            refuse_overwriting([target, target.with_suffix(".png")], needed_files(source))
+            with naming(path), naming(f"[{kind}.{name}]"):
+                if isinstance(table, ShockTable):
+                    _shocks(results, name, table, history, target, reporter)
+                else:
+                    _fatigue(results, name, table, history, target, reporter)
+    for note in results.notes:
         reporter.note(note)
-    return found
+    return results
 
 
 def channels_of(table: OfChannels, source: Result | Response) -> tuple[np.ndarray, Histories]:
-    """Return the axis of a run or a response and the channels that a table names or begins.
+    """Return the axis (n,) of a run or a response, s or Hz, and the channels (n,) that match the names of a table.
 
     Raises
     ------
@@ -83,34 +86,34 @@ def channels_of(table: OfChannels, source: Result | Response) -> tuple[np.ndarra
     else:
         axis = source.axis
         known = dict(zip(source.names, source.values.T, strict=True))
-    found: Histories = {}
+    channels: Histories = {}
     for wanted in table.channels:
-        some = {name: known[name] for name in matching(known, wanted)}
-        if not some:
+        names = matching(known, wanted)
+        if not names:
             raise InputError(f"there is no channel {wanted!r}; {suggestion(wanted, sorted(known)[:60], 'there are')}")
-        found |= some
-    return axis, found
+        channels |= {name: known[name] for name in names}
+    return axis, channels
 
 
 def _shocks(
-    found: Strength, name: str, table: ShockTable, source: Result | Response, target: Path, reporter: Reporter
+    results: Strength, name: str, table: ShockTable, source: Result | Response, target: Path, reporter: Reporter
 ) -> None:
     time, channels = channels_of(table, source)
     options = {"Q": table.Q, "kind": table.kind, "start": table.start}
     spectra = {key: shock_spectrum(time, values, table.axis, **options) for key, values in channels.items()}
     columns = {"frequency (Hz)": table.axis}
-    for key, one in spectra.items():
-        columns |= {f"{key} {side}": getattr(one, side) for side in ("maximax", "positive", "negative")}
+    for key, spectrum in spectra.items():
+        columns |= {f"{key} {side}": getattr(spectrum, side) for side in ("maximax", "positive", "negative")}
     reporter.wrote(write_columns(columns, target))
     units = dict.fromkeys(spectra, SHOCK_UNITS[table.kind])
-    found.plots[name] = reporter.wrote(shock_plot(spectra, units, target.with_suffix(".png")))
-    found.shocks[name] = spectra
-    said = {note: key for key, one in reversed(spectra.items()) for note in one.notes}
-    found.notes.extend(f"srs {name}: {key}: {note}" for note, key in said.items())
+    results.plots[name] = reporter.wrote(shock_plot(spectra, units, target.with_suffix(".png")))
+    results.shocks[name] = spectra
+    first_channel = {note: key for key, spectrum in reversed(spectra.items()) for note in spectrum.notes}
+    results.notes.extend(f"srs {name}: {key}: {note}" for note, key in first_channel.items())
 
 
 def _fatigue(
-    found: Strength, name: str, table: FatigueTable, source: Result | Response, target: Path, reporter: Reporter
+    results: Strength, name: str, table: FatigueTable, source: Result | Response, target: Path, reporter: Reporter
 ) -> None:
     axis, channels = channels_of(table, source)
     damage = {
@@ -121,18 +124,18 @@ def _fatigue(
     heads = ("channel", "cycles", "largest amplitude", "damage", "life (s)", "method")
     reporter.wrote(write_table(heads, rows, target))
     fatigue_table(name, damage, reporter.console)
-    found.fatigue[name] = damage
-    said = dict.fromkeys(note for x in damage.values() for note in x.notes)
+    results.fatigue[name] = damage
+    notes = [note for x in damage.values() for note in x.notes]
     if any(key.endswith(VON_MISES) for key in damage):
-        said[SIGNLESS] = None
-    found.notes.extend(f"fatigue {name}: {note}" for note in said)
+        notes.append(SIGNLESS)
+    results.notes.extend(f"fatigue {name}: {note}" for note in dict.fromkeys(notes))
     failed = [key for key, x in damage.items() if x.damage >= 1]
     if failed:
-        found.notes.append(f"fatigue {name}: damage of 1 or more, which is failure, at {', '.join(failed)}")
+        results.notes.append(f"fatigue {name}: damage of 1 or more, which is failure, at {', '.join(failed)}")
 
 
 def _unit(table: FatigueTable, source: Result | Response, channel: str) -> str:
-    """Return the unit of the amplitudes; a scale makes stress of forces and moments."""
+    """Return the unit of the amplitudes; with a scale, channels of forces and moments become stress."""
     units = dict(zip(source.names, source.units, strict=True)) if isinstance(source, Response) else {}
     unit = units.get(channel, "Pa" if ".stress." in channel else "")
     scaled = "Pa" if unit in ("Pa", "N", "N m") else ""
@@ -142,9 +145,10 @@ def _unit(table: FatigueTable, source: Result | Response, channel: str) -> str:
 def _damage(table: FatigueTable, source: Result | Response, axis: np.ndarray, values: np.ndarray) -> Fatigue:
     if isinstance(source, Response) and source.kind == "random":
         psd = table.scale**2 * values
+        assert table.duration is not None  # by the check of the table
         return random_damage(axis, psd, table.curve, duration=table.duration, method=table.method)
-    once = rainflow_damage(axis, table.scale * values, table.curve)
+    single = rainflow_damage(axis, table.scale * values, table.curve)
     n = table.repeats
-    return once.with_(
-        damage=n * once.damage, duration=n * once.duration, cycles=n * once.cycles, counts=n * once.counts
+    return single.with_(
+        damage=n * single.damage, duration=n * single.duration, cycles=n * single.cycles, counts=n * single.counts
     )

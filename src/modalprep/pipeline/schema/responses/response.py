@@ -166,7 +166,7 @@ class RandomTable(Limited):
         """Lowest and highest frequency, Hz."""
         return None if self.lowest is None or self.highest is None else (self.lowest, self.highest)
 
-    def correlated(self) -> str | np.ndarray:
+    def correlated(self) -> Literal["none", "full"] | np.ndarray:
         """Return the correlation of the inputs as `random_response` takes it."""
         if not self.coherence:
             return self.correlation
