@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numba import njit
+from numba.core.errors import TypingError
 
 from modalprep.compiler.jit import compile_kernel
 from modalprep.compiler.lanes import (
@@ -96,3 +98,14 @@ def test_a_lane_of_a_spatial_vector(k):
     a, out = np.arange(24.0), np.empty(6)
     _lane(a, k, out)
     assert out.tolist() == a.reshape(6, 4)[:, k].tolist()
+
+
+def test_other_numbers_are_refused():
+    """Lanes of a complex array would be half of its numbers."""
+
+    @njit
+    def doubled(a, b):
+        put_lanes(b, 0, 2.0 * get_lanes(a, 0))
+
+    with pytest.raises(TypingError, match="complex128"):
+        doubled(np.zeros(8, complex), np.zeros(8, complex))

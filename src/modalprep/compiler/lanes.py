@@ -11,18 +11,20 @@ from __future__ import annotations
 import inspect
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils, config
+from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
 from modalprep.compiler.jit import compile_inline
 
+F = TypeVar("F", bound=Callable)
 WIDTH = 4
 VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 WHICH = ir.VectorType(ir.IntType(32), WIDTH)
@@ -102,13 +104,13 @@ for _key, _instruction in (
     _operator(_key, _instruction)
 
 
-def _compiled(build: Callable, result: types.Type, *kinds: types.Type) -> Callable:
+def _compiled(build: Callable, result: types.Type, *kinds: types.Type) -> Callable[[F], F]:
     """Return the decorator of a Python function that compiled code has as ``build(builder, *values)``."""
 
     def typed(typing: Any, *args: Any) -> Any:
         return signature(result, *kinds), lambda context, builder, sig, values: build(builder, *values)
 
-    def decorate(function: Callable) -> Callable:
+    def decorate(function: F) -> F:
         if config.DISABLE_JIT:
             return function
         named = inspect.signature(function).parameters.values()
@@ -116,7 +118,7 @@ def _compiled(build: Callable, result: types.Type, *kinds: types.Type) -> Callab
         typed.__signature__ = inspect.Signature([first, *named])
         typed.__name__ = function.__name__
         typed.__doc__ = function.__doc__
-        return intrinsic(typed)
+        return cast(F, intrinsic(typed))
 
     return decorate
 
@@ -245,36 +247,44 @@ def _pointer(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
     return builder.bitcast(place, VECTOR.as_pointer())
 
 
-def get_lanes(a, i):
+def _get_in_python(a, i):
     """Four numbers ``a[i:i + 4]``."""
     return np.array(np.reshape(a[i : i + 4], 4)).view(Lanes)
 
 
-def put_lanes(a, i, v):
+def _put_in_python(a, i, v):
     """Write four numbers to ``a[i:i + 4]``."""
     a[i : i + 4] = np.reshape(v, 4)
 
 
-if not config.DISABLE_JIT:
+def _load(typing: Any, a: Any, i: Any) -> Any:
+    """Four numbers ``a[i:i + 4]``."""
+    _refuse_other_numbers(a)
 
-    @intrinsic
-    def get_lanes(typing, a, i):
-        """Four numbers ``a[i:i + 4]``."""
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        return builder.load(_pointer(context, builder, sig, args), align=8)
 
-        def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-            return builder.load(_pointer(context, builder, sig, args), align=8)
+    return LANES(a, types.intp), build
 
-        return LANES(a, types.intp), build
 
-    @intrinsic
-    def put_lanes(typing, a, i, v):
-        """Write four numbers to ``a[i:i + 4]``."""
+def _store(typing: Any, a: Any, i: Any, v: Any) -> Any:
+    """Write four numbers to ``a[i:i + 4]``."""
+    _refuse_other_numbers(a)
 
-        def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-            builder.store(args[2], _pointer(context, builder, sig, args), align=8)
-            return context.get_dummy_value()
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        builder.store(args[2], _pointer(context, builder, sig, args), align=8)
+        return context.get_dummy_value()
 
-        return types.void(a, types.intp, LANES), build
+    return types.void(a, types.intp, LANES), build
+
+
+def _refuse_other_numbers(a: Any) -> None:
+    if getattr(a, "dtype", None) != types.float64:
+        raise TypingError(f"four numbers are of type float64; they were asked of {a}")
+
+
+get_lanes: Any = _get_in_python if config.DISABLE_JIT else intrinsic(_load)
+put_lanes: Any = _put_in_python if config.DISABLE_JIT else intrinsic(_store)
 
 
 @compile_inline
