@@ -61,11 +61,11 @@ def node_rows(command: Command) -> Iterator[tuple[int, int, list[float]]]:
     """Yield line, number and six values of each node: coordinates and angles (degrees)."""
     widths = layout(command)
     given = FORMAT.fullmatch(command.formats[0].replace(" ", ""))
-    integers = int(given[1]) if given else 0
+    count = int(given[1]) if given else 0
     for line, text in command.rows:
         fields = cut(text, widths)
         label = integers(command, fields[:1], line)[0]
-        values = [number(command, f, "coordinate", line) if f else 0.0 for f in fields[integers:]]
+        values = [number(command, f, "coordinate", line) if f else 0.0 for f in fields[count:]]
         yield line, label, (values + [0.0] * 6)[:6]
 
 
