@@ -171,3 +171,12 @@ def test_effective_masses_of_truncation_vectors(model):
     )
     assert np.all(more <= table.total * (1 + 1e-9))
     assert np.all(more[[1, 2]] > few[[1, 2]])
+
+
+def test_inertial_responses_are_static_solutions(model):
+    """K x = M w off the root, for every mode w of the basis, also of truncation vectors."""
+    reduction = craig_bampton(model, modes=3, truncation=("inertia",))
+    rest = np.setdiff1d(np.arange(model.n_dof), model.interfaces[0].dofs)
+    expected = (model.M @ reduction.basis)[rest]
+    found = (model.K @ reduction.inertial)[rest]
+    assert np.all(np.abs(found - expected).max(axis=0) <= 1e-6 * np.abs(expected).max(axis=0))

@@ -53,6 +53,14 @@ def test_ratios_as_the_frequencies_need_one_constant_only(ratio, constant):
     assert rayleigh((1.1, 5.5), (0.013, 5 * 0.013)).alpha == 0.0  # round-off is negative here
 
 
+def test_a_small_constant_is_no_round_off():
+    """Rayleigh's constants over five decades of frequency: z = alpha / (2 w) + beta w / 2."""
+    alpha, beta, f = 1.0, 1e-14, np.array([1.0, 1e5])
+    w = 2 * np.pi * f
+    found = rayleigh(tuple(f), tuple(alpha / (2 * w) + beta * w / 2))
+    assert (found.alpha, found.beta) == pytest.approx((alpha, beta), rel=1e-3)
+
+
 def test_rayleigh_that_would_feed_energy_is_refused():
     with pytest.raises(InputError, match="must lie between 0.25 and 4"):
         rayleigh((1.0, 4.0), (0.01, 0.05))

@@ -10,7 +10,7 @@ import modalprep as mp
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 from modalprep.reduction.clamped import clamp
 from modalprep.reduction.free_interface_basis import free_interface
-from modalprep.reduction.notes import dropped_in_band
+from modalprep.reduction.notes import _hertz, dropped_in_band
 from modalprep.reduction.selection import select
 from modalprep.verdicts.notes import kind_of
 
@@ -154,3 +154,8 @@ def test_a_model_with_fewer_modes_says_so(reduce):
     assert len(said) == 1
     assert f"of the {10**9} that were asked for" in said[0]
     assert not [note for note in reduce(model, modes=1).notes if "were asked for" in note]
+
+
+@pytest.mark.parametrize(("frequency", "text"), [(12345.6, "12346"), (9999.4, "9999"), (12.3456, "12.35")])
+def test_frequencies_have_no_power_of_ten(frequency, text):
+    assert _hertz(frequency) == text

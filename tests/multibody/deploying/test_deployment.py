@@ -1,10 +1,13 @@
 """Deployments: momentum and energy through every event, closed forms of one rod and of a straight cable."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section
+from modalprep.multibody.kernels.loads import deployment
 from modalprep.multibody.model.deployment import LEAST
 
 BOOM = {"name": "boom", "parent": "bus.exit", "length": 4.0, "segments": 8, "mass_per_length": 1.0}
@@ -235,3 +238,14 @@ def test_bodies_beside_a_deployment_recover_their_forces():
         force = sign * found[f"{joint}.force"]  # in the axes of the parent
         assert own == pytest.approx(force[:, :2], abs=5e-3 * np.abs(force).max())
     assert {each.name for each in mp.multibody.envelopes(found, {"arm": arm})} == {"base", "beam"}
+
+
+def test_stowed_mass_counts_at_the_exit():
+    """Steiner: m r and m (r^2 1 - r r^T), in the order xx, xy, xz, yy, yz, zz."""
+    add_stowed = getattr(deployment._stowed, "py_func", deployment._stowed)
+    own = SimpleNamespace(mass=1.0, first_moment=np.zeros(3), inertia=np.zeros(6))
+    r, m = np.array([0.2, -0.3, 0.5]), 0.8 * (10.0 - 4.0)
+    add_stowed(own, r, SimpleNamespace(mass_per_length=0.8, length=10.0), 4.0)
+    assert own.mass == pytest.approx(1.0 + m)
+    np.testing.assert_allclose(own.first_moment, m * r)
+    np.testing.assert_allclose(own.inertia, (m * (r @ r * np.eye(3) - np.outer(r, r)))[np.triu_indices(3)])
