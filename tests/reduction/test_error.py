@@ -11,6 +11,7 @@ def test_frequencies_about_resonances_and_between_them():
     found = _around(np.array([0.0, 10.0, 21.3]), 0.01, 30.0)
     for expected in (10.0, 21.3, 15.65, 5.0, 10.1, 9.9, 10.025, 21.3 * 1.02):
         assert np.abs(found - expected).min() < 1e-12
+    assert np.count_nonzero((found > 10.0) & (found < 10.024)) == 0  # a quarter of the half-width is the first
     assert 0 < found.min()
     assert found.max() <= 30.0
 

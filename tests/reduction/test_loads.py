@@ -190,6 +190,7 @@ def test_a_node_of_a_solid_takes_no_moment(bracket):
     [
         ({"inertia": np.ones(66)}, (), "built-in"),
         ({"jet": np.ones(5)}, (), "66 finite numbers"),
+        ({"jet": np.full(66, np.nan)}, (), "66 finite numbers"),
         ({"jet": np.eye(66)[0]}, (), "fixed interfaces only"),
         ({"jet": np.ones(66)}, ("jets",), "did you mean 'jet'"),
     ],

@@ -220,3 +220,11 @@ def test_names_and_sizes_that_do_not_fit_are_refused(system):
         interface_shapes(component, "top")
     with pytest.raises(InputError, match="2 rows but the body"):
         reduced_body(component, projected_basis(np.eye(2), np.eye(2), np.eye(2)))
+
+
+def test_frequencies_of_the_directions_are_rayleigh_quotients(system):
+    component = system.bodies["a"]
+    found = projected(system, "a", 6)
+    stiffness = np.diag(found.directions.T @ np.diag(component.K) @ found.directions)
+    table = reduced_body(component, found).modes
+    np.testing.assert_allclose((2 * np.pi * table.frequency) ** 2, stiffness, rtol=1e-9)

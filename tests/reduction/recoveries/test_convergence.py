@@ -121,3 +121,9 @@ def test_there_is_none_without_recoveries_or_modes(made):
     assert recovery_convergence(body_of(made, reduction).with_(recovery={}), reduction.spans, None) is None
     assert recovery_convergence(body_of(made, reduction), None, None) is None
     assert mp.reduction.free_interface(made[0], modes=3).spans is None
+
+
+def test_many_numbers_of_modes_are_halved():
+    """Up to eight modes all numbers; of more none, all, three quarters, halves of halves."""
+    assert module.counts(8) == list(range(9))
+    assert module.counts(9) == [0, 1, 2, 4, 7, 9]
