@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, SPHERICAL
-from modalprep.multibody.model.joint_types import JOINT_TYPES
+from modalprep.multibody.model.joint_types import FREE, JOINT_TYPES, SPHERICAL
 from modalprep.multibody.packing.tree import pack
 
 

@@ -32,7 +32,8 @@ def stamp_of(function: Callable) -> str:
 def _own(function: Callable, code: CodeType) -> list:
     """What tells functions of one name apart, as two lambdas in one line."""
     constants = [x for x in code.co_consts if not isinstance(x, CodeType)]
-    return [code.co_firstlineno, code.co_code, constants, [cell.cell_contents for cell in function.__closure__ or ()]]
+    enclosed = [cell.cell_contents for cell in function.__closure__ or ()]
+    return [code.co_firstlineno, code.co_code, constants, [_fingerprint(x) or x for x in enclosed]]
 
 
 def _known(function: Callable) -> Iterator[str]:

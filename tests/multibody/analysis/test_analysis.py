@@ -15,8 +15,8 @@ from modalprep.multibody.analysis.state_space import frequency_response
 from modalprep.multibody.analysis.system_modes import system_modes
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels import articulated_body
-from modalprep.multibody.kernels.data import FREE, SPHERICAL
 from modalprep.multibody.kernels.time_tables import table
+from modalprep.multibody.model.joint_types import FREE, SPHERICAL
 from modalprep.multibody.reference.equations import mass_and_force, quaternion_matrix
 
 L, EI, WEIGHT = 10.0, 1.4e4, 12.0  # the spin-up beam

@@ -8,8 +8,9 @@ from size import seeds
 
 import modalprep as mp
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.interfaces import add_wrench, node_acceleration, node_state, world
+from modalprep.multibody.model import joint_types
+from modalprep.multibody.model.joint_types import FREE, SPHERICAL
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import (
     body_states,
@@ -208,7 +209,7 @@ def test_reaction_holds_the_hinge_force(seed):
     for i, kind in enumerate(e.packed.types):
         row, one = e.model.links[i], np.zeros((1, 6))
         one[0, [2, 5]] = row["along"], row["about"]
-        axes = {SPHERICAL: np.eye(6)[3:], FREE: np.eye(6)}.get(kind, one)[: SPEEDS[kind]]
+        axes = {SPHERICAL: np.eye(6)[3:], FREE: np.eye(6)}.get(kind, one)[: joint_types.KINDS[kind].speeds]
         tau = e.tau[row["u"] : row["u"] + len(axes)]
         np.testing.assert_allclose(axes @ forces[i], tau, atol=1e-10 * max(1.0, np.abs(forces).max()))
 

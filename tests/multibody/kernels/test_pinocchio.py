@@ -5,7 +5,8 @@ import pytest
 from multibody.trees import KINDS, order_n, random_state, random_tree
 from scipy.spatial.transform import Rotation
 
-from modalprep.multibody.kernels.data import COORDINATES, FREE, SPEEDS, SPHERICAL
+from modalprep.multibody.model import joint_types
+from modalprep.multibody.model.joint_types import FREE, SPHERICAL
 from modalprep.multibody.packing.tree import hinges, pack
 
 pin = pytest.importorskip("pinocchio")
@@ -62,20 +63,20 @@ def pinocchio_accelerations(system, y, tau):
     model, order = peer(system)
     packed = pack(system)
     q, v, forces = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
-    moving = [i for i, kind in enumerate(packed.types) if SPEEDS[kind]]
+    moving = [i for i, kind in enumerate(packed.types) if joint_types.KINDS[kind].speeds]
     pairs = [(packed.types[i], packed.model.links[i], model.joints[j]) for i, j in zip(moving, order, strict=True)]
     for kind, row, joint in pairs:
-        own = y[row["x"] : row["x"] + COORDINATES[kind]].copy()
+        own = y[row["x"] : row["x"] + joint_types.KINDS[kind].coordinates].copy()
         if kind in (SPHERICAL, FREE):
             e = own[-4:] / np.linalg.norm(own[-4:])
             own[-4:] = [*e[1:], e[0]]
         q[joint.idx_q : joint.idx_q + joint.nq] = own
-        u = slice(row["u"], row["u"] + SPEEDS[kind])
+        u = slice(row["u"], row["u"] + joint_types.KINDS[kind].speeds)
         at = slice(joint.idx_v, joint.idx_v + joint.nv)
         v[at], forces[at] = y[packed.nx :][u], tau[u]
     a, out = pin.aba(model, model.createData(), q, v, forces), np.zeros(packed.nu)
     for kind, row, joint in pairs:
-        out[row["u"] : row["u"] + SPEEDS[kind]] = a[joint.idx_v : joint.idx_v + joint.nv]
+        out[row["u"] : row["u"] + joint_types.KINDS[kind].speeds] = a[joint.idx_v : joint.idx_v + joint.nv]
     return out
 
 

@@ -11,8 +11,8 @@ import scipy
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluate import build_equations
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state, world
+from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.results.recovered import AppliedLoad
 from modalprep.multibody.results.recovered_state import RECOVERY, RecoveredState
@@ -132,13 +132,13 @@ def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
     """Return the indices in the state of a joint's coordinates and speeds by name."""
     found: dict[str, list[int]] = {}
     for i in evaluator.packed.links_of(joint):
-        kind, row = evaluator.packed.types[i], evaluator.packed.model.links[i]
-        if kind in (REVOLUTE, SLIDING):
+        kind, row = KINDS[evaluator.packed.types[i]], evaluator.packed.model.links[i]
+        if kind.named:
             position, rate = ("angle", "rate") if evaluator.packed.turns(i) else ("displacement", "speed")
             found.setdefault(position, []).append(int(row["x"]))
             found.setdefault(rate, []).append(evaluator.nx + int(row["u"]))
-        elif kind in (SPHERICAL, FREE):
-            first = evaluator.nx + int(row["u"]) + (3 if kind == FREE else 0)
+        elif kind.quaternion >= 0:
+            first = evaluator.nx + int(row["u"]) + kind.translations
             found["angular_velocity"] = [first, first + 1, first + 2]
     single = {name: indices[0] for name, indices in found.items() if len(indices) == 1}
     return single | {f"{name}.{k + 1}": i for name, indices in found.items() for k, i in enumerate(indices)}

@@ -14,7 +14,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.inverse_closed import drive_loops
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL
+from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.packed import Packed
@@ -189,9 +189,9 @@ def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
     """Return a function of time for each coordinate of a joint."""
     known = list(dict.fromkeys(link.joint.name for link in packed.links))
     refuse_unknown(name, known, "inverse dynamics: joint")
-    kinds = packed.types[packed.links_of(name)]
-    count = sum(COORDINATES[kind] for kind in kinds)
-    if not count or np.isin(kinds, (SPHERICAL, FREE)).any():
+    kinds = [KINDS[code] for code in packed.types[packed.links_of(name)]]
+    count = sum(kind.named for kind in kinds)
+    if not count:
         raise InputError(
             f"inverse dynamics: joint {name!r} has no coordinate that a function of time can prescribe; leave it out"
         )

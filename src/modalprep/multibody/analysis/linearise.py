@@ -14,8 +14,8 @@ from modalprep.multibody.analysis.inputs_outputs import Input, needs_acceleratio
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.tangent import PLACE_STEP, SPEED_STEP, GivenAccelerations, Tangent, tangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.data import FREE, SPHERICAL
 from modalprep.multibody.kernels.interfaces import world
+from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
@@ -218,11 +218,15 @@ def transport(evaluator: Evaluator, y: np.ndarray) -> np.ndarray:
     """
     N = np.zeros((evaluator.nu, evaluator.nu))
     for row, kind in zip(evaluator.packed.model.links, evaluator.packed.types, strict=True):
-        first = row["u"]
-        u = y[evaluator.nx + first : evaluator.nx + first + 6]
-        if kind == SPHERICAL:
-            N[first : first + 3, first : first + 3] = -skew(u[:3])
-        if kind == FREE:
-            N[first : first + 3, first : first + 3] = N[first + 3 : first + 6, first + 3 : first + 6] = -skew(u[3:])
-            N[first : first + 3, first + 3 : first + 6] = -skew(u[:3])
+        if KINDS[kind].quaternion < 0:
+            continue
+        first = int(row["u"])
+        turning = first + KINDS[kind].translations
+        rotation = slice(turning, turning + 3)
+        spin = y[evaluator.nx + turning : evaluator.nx + turning + 3]
+        N[rotation, rotation] = -skew(spin)
+        if KINDS[kind].translations:
+            translation = slice(first, turning)
+            N[translation, translation] = -skew(spin)
+            N[translation, rotation] = -skew(y[evaluator.nx + first : evaluator.nx + turning])
     return N

@@ -16,9 +16,10 @@ from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import PRESCRIBED, SLIDING, SPHERICAL, WELD, Data
+from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.deployment import IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.joint_types import PRESCRIBED, SLIDING, SPHERICAL, WELD
 from modalprep.multibody.packing.deployment import pack_reels
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack

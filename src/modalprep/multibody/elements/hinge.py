@@ -7,9 +7,9 @@ import numpy as np
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, value_at
 from modalprep.multibody.elements.packer import Packer
-from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
@@ -49,9 +49,8 @@ def _places(packed: Packed, joint: str) -> list[tuple[int, int]]:
     """Return coordinate (-1: none of its own) and speed of everything that a joint can move."""
     found = []
     for i in packed.links_of(joint):
-        kind, row = packed.types[i], packed.model.links[i]
-        own = kind not in (SPHERICAL, FREE)
-        found += [(int(row["x"]) if own else -1, int(row["u"]) + k) for k in range(SPEEDS[kind])]
+        kind, row = KINDS[packed.types[i]], packed.model.links[i]
+        found += [(int(row["x"]) if kind.named else -1, int(row["u"]) + k) for k in range(kind.speeds)]
     return found
 
 

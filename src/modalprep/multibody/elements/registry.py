@@ -32,10 +32,10 @@ from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
 )
-from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.loads.gravity import near_planet
 from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
 from modalprep.multibody.kernels.time_tables import table
+from modalprep.multibody.model.joint_types import PRESCRIBED
 from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed

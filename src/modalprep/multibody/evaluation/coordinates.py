@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.data import PRESCRIBED
+from modalprep.multibody.model.joint_types import PRESCRIBED
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed, Place
 from modalprep.multibody.packing.tree import pack

@@ -53,13 +53,14 @@ from modalprep.multibody.kernels.closed_loops.planar import moves_in_plane
 from modalprep.multibody.kernels.closed_loops.planar_tree import planar_accelerations
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, project_state
 from modalprep.multibody.kernels.closed_loops.responses import inward_with_rows
-from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
+from modalprep.multibody.kernels.data import Data, Model
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, add_deployment_forces, set_deployed_masses
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import add_modal_loads
+from modalprep.multibody.model.joint_types import PRESCRIBED
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import blank

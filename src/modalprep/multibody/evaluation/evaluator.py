@@ -11,10 +11,10 @@ from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.singular import without_inertia
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
@@ -36,21 +36,21 @@ def start_state(packed: Packed) -> np.ndarray:
     """
     y = np.zeros(packed.nx + packed.nu)
     before = [0, 0]  # translations and rotations of the joint up to a link
-    for link, (kind, x, u, about) in zip(packed.links, packed.columns, strict=True):
+    for link, (code, x, u, about) in zip(packed.links, packed.columns, strict=True):
         joint = link.joint
+        kind = KINDS[code]
         u = packed.nx + u
         turns = bool(about)
         before = [0, 0] if link.hinge == 0 else before
-        if kind in (REVOLUTE, SLIDING):
+        if kind.named:
             value, rate = (joint.angle, joint.rate) if turns else (joint.displacement, joint.speed)
             y[x], y[u] = _component(value, before[turns]), _component(rate, before[turns])
         before[turns] += 1
-        if kind == FREE:
-            y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
-            x, u = x + 3, u + 3
-        if kind in (FREE, SPHERICAL):
-            y[x : x + 4] = scipy.spatial.transform.Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
-            y[u : u + 3] = joint.angular_velocity
+        if kind.quaternion >= 0:
+            q, w = x + kind.quaternion, u + kind.translations
+            y[x:q], y[u:w] = joint.position[: kind.quaternion], joint.velocity[: kind.translations]
+            y[q : q + 4] = scipy.spatial.transform.Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
+            y[w : w + 3] = joint.angular_velocity
     return y
 
 
@@ -131,10 +131,11 @@ class Evaluator:
         largest = max(*sizes.values(), *travels, 0.0)
         columns = (self.packed.model.links[name].tolist() for name in ("joint", "u", "uq", "about"))
         for link, kind, u, first, about in zip(self.packed.links, *columns, strict=True):
-            self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]
-            travels = 3 if kind == FREE else int(kind == SLIDING and not about)
+            count = KINDS[kind].speeds
+            self.owner[u : u + count] = [("joint", link.joint.name)] * count
+            travels = 0 if about else KINDS[kind].translations
             self.scale[u : u + travels] = largest
-            self.turns[u + travels : u + SPEEDS[kind]] = True
+            self.turns[u + travels : u + count] = True
             body = self.system.bodies[link.body] if link.body else None
             if body and body.n:
                 self.owner[first : first + body.n] = [("body", link.body)] * body.n

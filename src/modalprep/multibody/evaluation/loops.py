@@ -12,9 +12,10 @@ from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.closed_loops import constraints, factor, multipliers, projection, responses
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, ORIENTATION
-from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
+from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
+from modalprep.multibody.model.joint_types import KINDS, NAMED, REVOLUTE
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import Closing, constraint_work, pack_constraints
 from modalprep.multibody.packing.packed import Packed
@@ -203,8 +204,9 @@ class Loops:
 
     def _kept(self) -> np.ndarray:
         """Return the links of joints with `keep_start` (nk,)."""
-        links = zip(self.packed.links, self.packed.types.tolist(), strict=True)
-        return np.array([i for i, (link, kind) in enumerate(links) if link.joint.keep_start and SPEEDS[kind]], int)
+        kept = [link.joint.keep_start for link in self.packed.links]
+        moving = [KINDS[code].speeds > 0 for code in self.packed.types]
+        return np.flatnonzero(np.logical_and(kept, moving))
 
     def _align(self, end: int) -> np.ndarray:
         """Return the rotation from the axes of an end's link to those of its body."""
@@ -233,16 +235,17 @@ class Loops:
         found = []
         size = self.closing.size
         for i, link in enumerate(self.packed.links):
-            kind = self.packed.types[i]
+            kind = KINDS[self.packed.types[i]]
+            turns = self.packed.turns(i)
             x = self.packed.model.links["x"][i]
-            q = x + 3 if kind == FREE else x
-            if kind in (SPHERICAL, FREE):
+            q = x + kind.quaternion
+            if kind.quaternion >= 0:
                 angle = 2 * np.arccos(min(1.0, abs(before[q : q + 4] @ after[q : q + 4])))
                 found.append((angle, link.joint.name, "rad", angle))
-            if kind == FREE or (kind == SLIDING and not self.packed.turns(i)):
-                travel = np.linalg.norm((after - before)[x : x + (3 if kind == FREE else 1)])
+            if kind.translations and not turns:
+                travel = np.linalg.norm((after - before)[x : x + kind.translations])
                 found.append((travel / size, link.joint.name, "m", travel))
-            if kind in (REVOLUTE, SLIDING) and self.packed.turns(i):
+            if kind.named and turns:
                 angle = abs(after[x] - before[x])
                 found.append((angle, link.joint.name, "rad", angle))
         return found
@@ -252,7 +255,7 @@ class Loops:
         far = np.abs(after - before) > MOVED
         for i, link in enumerate(self.packed.links):
             x = self.packed.model.links["x"][i]
-            if self.packed.types[i] in (REVOLUTE, SLIDING) and far[x]:
+            if self.packed.types[i] in NAMED and far[x]:
                 unit = "rad" if self.packed.turns(i) else "m"
                 moved.append(f"{link.joint.name} from {before[x]:.6g} to {after[x]:.6g} {unit}")
         if moved:

@@ -17,8 +17,8 @@ import scipy
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.stepping import Run
 from modalprep.multibody.kernels.articulated_body import kinematic, outward
-from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.joints import move, normalise
+from modalprep.multibody.model.joint_types import PRESCRIBED
 
 SURE = 0.5  # product of cosines between singular vectors at both ends of a part of a step: they are the same ones
 PARTS = 16  # of a step whose ends are too far from each other to be compared

@@ -9,9 +9,8 @@ import numpy as np
 
 from modalprep.compiler.by_address import Pattern, by_address
 from modalprep.compiler.jit import compile_inline, compile_kernel, compile_once
-from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.free_parts import PART
-from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.kernels.joints import normalise, translations
 from modalprep.multibody.packing.step_bounds import StepBounds
 from modalprep.multibody.packing.tree import blank
 
@@ -143,19 +142,15 @@ def set_weights(model, linear, run, z, keep):
     place = size.travel
     speed = size.speed
     for i in range(len(model.links)):
-        joint = model.links[i].joint
         x = model.links[i].x
         u = nx + model.links[i].u
-        if joint == REVOLUTE or (joint == SLIDING and model.links[i].about != 0.0):
-            angle, spin = max(angle, abs(z[x])), max(spin, abs(z[u]))
-        elif joint == SLIDING:
-            place, speed = max(place, abs(z[x])), max(speed, abs(z[u]))
-        elif joint == SPHERICAL:
-            spin = max(spin, _largest(z, u, 3))
-        elif joint == FREE:
-            place = max(place, _largest(z, x, 3))
-            speed = max(speed, _largest(z, u, 3))
-            spin = max(spin, _largest(z, u + 3, 3))
+        speeds = model.links[i].uq - model.links[i].u
+        travels = translations(model.links[i])
+        place = max(place, _largest(z, x, travels))
+        speed = max(speed, _largest(z, u, travels))
+        spin = max(spin, _largest(z, u + travels, speeds - travels))
+        if model.links[i].xq - x == speeds:  # no quaternion
+            angle = max(angle, _largest(z, x + travels, speeds - travels))
     work = max(size.work, abs(z[len(z) - 1]))
     if keep:
         size.angle = angle
@@ -164,11 +159,9 @@ def set_weights(model, linear, run, z, keep):
         size.speed = speed
         size.work = work
     for i in range(len(model.links)):
-        joint = model.links[i].joint
         x = model.links[i].x
         u = nx + model.links[i].u
-        turns = joint == SPHERICAL or model.links[i].about != 0.0
-        travels = 3 if joint == FREE else 0 if turns else model.links[i].uq - model.links[i].u
+        travels = translations(model.links[i])
         _weigh(run.weight, run.clock[0], x, travels, place)
         _weigh(run.weight, run.clock[0], u, travels, speed)
         _weigh(run.weight, run.clock[0], x + travels, model.links[i].xq - x - travels, angle)
@@ -210,10 +203,10 @@ def largest_error(model, run, e, modes):
     """
     worst = 0.0
     for i in range(len(model.links)):
-        joint, x, u = model.links[i].joint, model.links[i].x, model.links[i].u
-        for c in range(model.links[i].uq - u):
-            k = x if joint == SPHERICAL else x + c
-            worst = larger(worst, e[u + c] * run.weight[k])
+        x = model.links[i].x
+        u = model.links[i].u
+        for c in range(model.links[i].uq - u):  # the numbers of a quaternion have one weight
+            worst = larger(worst, e[u + c] * run.weight[x + c])
         if modes:
             for c in range(model.links[i].modes):
                 worst = larger(worst, e[model.links[i].uq + c] * run.weight[model.links[i].xq + c])

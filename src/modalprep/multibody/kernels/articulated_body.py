@@ -15,7 +15,7 @@ from functools import partial
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.compiler.lanes import get_lanes6, put_lanes6
-from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, rotated, shifted
+from modalprep.multibody.kernels.algebra.inertia_blocks import blocks, parts, put_parts, shifted
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
     times,
@@ -39,19 +39,14 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put_angular,
     sub6,
 )
-from modalprep.multibody.kernels.data import REVOLUTE, SLIDING
 from modalprep.multibody.kernels.interfaces import place_link
 from modalprep.multibody.kernels.joints import (
     along_joint,
-    axis_column,
-    axis_inertia,
-    factor_joint,
+    eliminate_joint,
     joint_accelerations,
     joint_motion,
     joint_rates,
     speeds_from_bias,
-    through_axis,
-    through_joint,
 )
 from modalprep.multibody.kernels.modal import (
     add_bias_to_modes,
@@ -69,6 +64,7 @@ from modalprep.multibody.kernels.modal_interfaces import (
     parent_frame,
     turn_parent_shape,
 )
+from modalprep.multibody.model.joint_types import REVOLUTE
 
 
 @compile_kernel
@@ -177,40 +173,17 @@ def inward_link(model, data, i, tau, added, c1, c2):
         return False
     link = model.links[i]
     own = data.links[i]
-    ground = len(model.links)
     B = blocks(get6(own.M), get9(own.H), get6(own.J))
     if link.last_child >= 0:
         B = add6(B, get_lanes6(own.children))
         put_parts(own, B)
     P = sub6(get6(own.force), get6(own.wrench))
     put6(own.force, P)
-    if link.joint == REVOLUTE or link.joint == SLIDING:
-        d = axis_inertia(link, B, added)
-        if not d > 0.0:
-            return False
-        v = axis_column(link, own, 1.0 / d, B)
-        if link.parent == ground:
-            return True
-        B, f, t = through_axis(link, own, 1.0 / d, v, B, P, tau)
-    else:
-        M, H, J = parts(B)
-        if not factor_joint(link, own, M, H, J, added):
-            return False
-        if link.parent == ground:
-            return True
-        B, f, t = _through_several(link, own, M, H, J, P, tau, added)
-    _add_to_parent(model, data, i, B, f, t)
-    return True
-
-
-@compile_inline
-def _through_several(link, own, M, H, J, P, tau, added):
-    """Return inertia and bias force as `through_axis` does, of a link with a joint of several axes or of none."""
-    turn = get9(own.rotation)
-    M, H, J, P = through_joint(link, own, M, H, J, P, tau, added)
-    P = add6(P, inertia_times(M, H, J, get6(own.bias)))
-    f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
-    return rotated(turn, blocks(M, H, J)), f, t
+    grounded = link.parent == len(model.links)
+    positive, B, f, t = eliminate_joint(link, own, B, P, tau, added, grounded)
+    if positive and not grounded:
+        _add_to_parent(model, data, i, B, f, t)
+    return positive
 
 
 @compile_inline

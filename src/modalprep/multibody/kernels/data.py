@@ -19,11 +19,6 @@ import numpy as np
 
 from modalprep.compiler.by_address import by_address
 
-# Types of links' joints. SLIDING moves along its axis, PRESCRIBED along or about it, by the link's `along` and `about`.
-WELD, REVOLUTE, SLIDING, SPHERICAL, FREE, PRESCRIBED = range(6)
-COORDINATES = (0, 1, 1, 4, 7, 0)
-SPEEDS = (0, 1, 1, 3, 6, 0)
-
 UNIT, AFFINE, GROWS = range(3)  # `modal_mass` of a link: 1 throughout; geometric stiffness or another fill; T
 
 EPSILON = np.zeros((3, 3, 3))

@@ -32,9 +32,9 @@ from modalprep.multibody.kernels.algebra.tuples import (
     sub3,
     sub6,
 )
-from modalprep.multibody.kernels.data import FREE
 from modalprep.multibody.kernels.energy import body_momenta
 from modalprep.multibody.kernels.interfaces import seen_spin
+from modalprep.multibody.model.joint_types import FREE
 
 # The sums of a part in inertial axes. Until they are complete, `centre` is the first moment (kg m), and the angular
 # momentum and inertia are about `origin`.

@@ -12,27 +12,18 @@ import numpy as np
 from modalprep.applies import Rule, refuse_idle
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.multibody.model.joint_types import JOINT_TYPES, ClosingJoint
 from modalprep.multibody.model.loads import GROUND, locate
 from modalprep.multibody.model.time_function import TimeFunction, TimeFunctionLike, motion
 from modalprep.records import Record, given, optional
 from modalprep.suggest import refuse_name, refuse_unknown
 from modalprep.vectors import as_rotation, vector
 
-ClosureType = Literal[
-    "weld",
-    "revolute",
-    "prismatic",
-    "cylindrical",
-    "universal",
-    "spherical",
-    "planar",
-    "point_on_line",
-    "point_on_plane",
-    "distance",
-    "position",
-]
+ClosureType = Literal[ClosingJoint, "point_on_line", "point_on_plane", "distance", "position"]
 WITH_FRICTION = ("point_on_line", "point_on_plane")
-WITH_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar")  # which hold a direction of both ends
+WITH_AXIS = tuple(name for name, steps in JOINT_TYPES.items() if steps.has_closing_axis)
+WITH_SECOND_AXIS = tuple(name for name in WITH_AXIS if JOINT_TYPES[name].second_axis == "needed")
+WITHOUT_AXIS = tuple(name for name, steps in JOINT_TYPES.items() if steps.holds and name not in WITH_AXIS)
 
 
 def _path(values: Sequence[TimeFunctionLike | None], what: str = "") -> tuple[TimeFunction | None, ...]:
@@ -92,9 +83,9 @@ class Closure(Record):
     """
 
     applies: ClassVar = (
-        Rule(("axis",), needs=("type",), among=("weld", "spherical", *WITH_AXIS, *WITH_FRICTION)),
+        Rule(("axis",), needs=("type",), among=(*WITHOUT_AXIS, *WITH_AXIS, *WITH_FRICTION)),
         Rule(("rotation",), needs=("type",), among=("weld", *WITH_AXIS)),
-        Rule(("second_axis",), needs=("type",), among=("universal",)),
+        Rule(("second_axis",), needs=("type",), among=WITH_SECOND_AXIS),
         Rule(("position",), needs=("a", "b"), among=(GROUND,), advice="it is the place of an end on the ground"),
         Rule(("length",), needs=("type",), among=("distance",)),
         Rule(("path",), needs=("type",), among=("position",)),
@@ -127,8 +118,8 @@ class Closure(Record):
             value = getattr(self, key)
             if value is not None:
                 object.__setattr__(self, key, self._direction(key, value))
-        if self.type == "universal" and self.second_axis is None:
-            raise InputError(f"{self._what}: a universal joint needs a second_axis")
+        if self.type in WITH_SECOND_AXIS and self.second_axis is None:
+            raise InputError(f"{self._what}: a {self.type} joint needs a second_axis")
         self._check_functions()
         self._check_friction()
         _check_reach(self._what, self.reach)

@@ -14,10 +14,12 @@ from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.joint_types import (
     AT_INTERFACE,
     JOINT_TYPES,
+    KINDS,
     ROTATIONS,
     SCALARS,
     SPEEDS,
     TRANSLATIONS,
+    WITH_QUATERNION,
     JointType,
 )
 from modalprep.multibody.model.time_function import TimeFunction, motions
@@ -30,9 +32,14 @@ STARTS = {
     "rate": ROTATIONS,
     "displacement": TRANSLATIONS,
     "speed": TRANSLATIONS,
-    "velocity": {"free": 3},
-    "angular_velocity": {"free": 3, "spherical": 3},
+    "velocity": {name: 3 for name, steps in JOINT_TYPES.items() if KINDS[steps.kind].translations},
+    "angular_velocity": {name: 3 for name, steps in JOINT_TYPES.items() if steps.kind in WITH_QUATERNION},
 }
+CONSTANTS = {
+    constant.name: tuple(name for name, other in JOINT_TYPES.items() if constant in other.constants)
+    for steps in JOINT_TYPES.values()
+    for constant in steps.constants
+}  # types of joints by the constants that they need
 VECTORS = ("velocity", "angular_velocity")
 
 
@@ -97,7 +104,7 @@ class Joint(Record):
     applies: ClassVar = (
         Rule(("axis",), needs=("type",), among=tuple(ROTATIONS | TRANSLATIONS)),
         Rule(("second_axis",), needs=("type",), among=tuple(name for name, x in JOINT_TYPES.items() if x.second_axis)),
-        Rule(("pitch",), needs=("type",), among=("screw",)),
+        *(Rule((name,), needs=("type",), among=types) for name, types in CONSTANTS.items()),
         Rule(("position",), needs=("parent", "type"), among=("ground", "free"), advice=AT_INTERFACE),
         Rule(("keep_start",), needs=("type",), among=tuple(name for name, count in SPEEDS.items() if count)),
         Rule((*STARTS, "keep_start"), beside=("motion",), advice="the motion says where the joint is at the start"),
@@ -130,7 +137,7 @@ class Joint(Record):
         if JOINT_TYPES[self.type].second_axis:
             object.__setattr__(self, "second_axis", self._second(axis))
         object.__setattr__(self, "axis", axis)
-        self._check_pitch()
+        self._check_constants()
         self._check_elements()
         self._check_motion()
         super().__post_init__()
@@ -179,9 +186,10 @@ class Joint(Record):
         for key, counts in STARTS.items():
             self._refuse_count(key, counts.get(self.type, 0))
 
-    def _check_pitch(self) -> None:
-        if self.type == "screw" and self.pitch == 0.0:
-            raise InputError(f"joint {self.name!r}: a screw joint needs a pitch (m for each turn)")
+    def _check_constants(self) -> None:
+        for name, unit in JOINT_TYPES[self.type].constants:
+            if getattr(self, name) == 0.0:
+                raise InputError(f"joint {self.name!r}: a {self.type} joint needs a {name} ({unit})")
 
     def _check_motion(self) -> None:
         count = SCALARS[self.type]
@@ -206,7 +214,7 @@ class Joint(Record):
                 f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint needs "
                 f"{SPEEDS[self.type]}, one for each speed"
             )
-        if JOINT_TYPES[self.type].native_speeds and any(element.needs_coordinate for element in self.elements):
+        if not SCALARS[self.type] and any(element.needs_coordinate for element in self.elements):
             raise InputError(
                 f"joint {self.name!r}: a {self.type} joint has no coordinate for stiffness or limits; use a bushing"
             )

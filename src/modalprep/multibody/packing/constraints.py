@@ -28,9 +28,9 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     Constraints,
     Work,
 )
-from modalprep.multibody.kernels.data import PRESCRIBED, REVOLUTE, SLIDING
 from modalprep.multibody.kernels.time_tables import Tables
-from modalprep.multibody.model.constraints import Closure, Coupler, coordinate_of
+from modalprep.multibody.model.constraints import WITH_SECOND_AXIS, Closure, Coupler, coordinate_of
+from modalprep.multibody.model.joint_types import JOINT_TYPES, NAMED, PRESCRIBED
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
@@ -244,7 +244,7 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
     for about in turns:
         b, a = ROTATIONS[about]
         rows.append(Row(k, ANGLE, frame[:, a], in_b[:, b], 0.0, None, _turn(closure, frame[:, DISPLACEMENTS[about]])))
-    if closure.type == "universal":
+    if closure.type in WITH_SECOND_AXIS:
         second = closure.second_axis
         about = np.cross(closure.axis, second)
         angle = float(closure.axis @ second)
@@ -281,7 +281,7 @@ def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler)
     found = []
     for text, factor in closure.factors.items():
         joint, k = coordinate_of(text, system.coordinate_counts, closure.name)
-        moving = [i for i in packed.links_of(joint) if packed.types[i] in (REVOLUTE, SLIDING, PRESCRIBED)]
+        moving = [i for i in packed.links_of(joint) if packed.types[i] in (*NAMED, PRESCRIBED)]
         link = packed.model.links[moving[k]]
         free = packed.types[moving[k]] != PRESCRIBED
         found.append((row, moving[k], link["x"] if free else -1, link["u"] if free else -1, float(factor)))

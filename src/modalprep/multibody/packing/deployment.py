@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.loads.deployment import REEL, SPRING, Reels
 from modalprep.multibody.model.deployment import NEAR_EXIT, Deployment, Stage, bending_lengths
+from modalprep.multibody.model.joint_types import PRESCRIBED
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from modalprep.compiler.by_address import Pattern
-from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model, new_data
+from modalprep.multibody.kernels.data import Data, Model, new_data
 from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 
 Made = TypeVar("Made")
 Place = int | tuple[int, int]  # in the state (nx + nu,), or of a prescribed hinge in the motion (nl, 3)
@@ -178,8 +179,8 @@ class Packed:
         columns = (self.model.links[name].tolist() for name in ("joint", "x", "u"))
         for i, (link, kind, x, u) in enumerate(zip(self.links, *columns, strict=True)):
             position, rate = found[link.joint.name]
-            position += [(i, 0)] if kind == PRESCRIBED else range(x, x + COORDINATES[kind])
-            rate += [(i, 1)] if kind == PRESCRIBED else range(self.nx + u, self.nx + u + SPEEDS[kind])
+            position += [(i, 0)] if kind == PRESCRIBED else range(x, x + KINDS[kind].coordinates)
+            rate += [(i, 1)] if kind == PRESCRIBED else range(self.nx + u, self.nx + u + KINDS[kind].speeds)
         return found
 
     def modes_of(self, body: str) -> slice:

@@ -19,7 +19,7 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     Constraints,
     Paths,
 )
-from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
+from modalprep.multibody.model.joint_types import NAMED, REVOLUTE, WITH_QUATERNION
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 
@@ -129,7 +129,7 @@ def _entries(
     factors = np.zeros(len(entry))
     for term in arrays.terms[arrays.terms["x"] >= 0]:
         factors[entry[int(term.link), int(groups[lane[term.row] // WIDTH].bundle)]] += term.factor
-    speeds = np.where(np.isin(links["joint"], (REVOLUTE, SLIDING)), links["u"], -1).tolist()
+    speeds = np.where(np.isin(links["joint"], NAMED), links["u"], -1).tolist()
     reached: set[int] = set()
     for group in groups:
         for end in ("b", "a"):  # the order in which forces on the ends are written
@@ -207,7 +207,7 @@ def _between(links, parent: list[int], a, b):
         ends[side] = parent[ends[side]]
     passed = [*paths[0], *paths[1]]
     bodies = passed if ends[0] < 0 else [*passed, ends[0]]
-    if links["modes"][bodies].any() or np.isin(links["joint"][passed], (SPHERICAL, FREE)).any():
+    if links["modes"][bodies].any() or np.isin(links["joint"][passed], WITH_QUATERNION).any():
         return None
     turns = [_rotations(links, path[::-1]) for path in paths]
     axes = np.concatenate([turn[1:, :, 2] for turn in turns])

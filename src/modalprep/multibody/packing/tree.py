@@ -13,26 +13,29 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.kernels.data import (
     AFFINE,
-    COORDINATES,
-    FREE,
     GROWS,
     LINK,
-    PRESCRIBED,
-    REVOLUTE,
-    SLIDING,
-    SPEEDS,
-    SPHERICAL,
     UNIT,
-    WELD,
     Model,
 )
 from modalprep.multibody.model.joint import Joint
-from modalprep.multibody.model.joint_types import JOINT_TYPES, SCREW, TRAVEL, TURN
+from modalprep.multibody.model.joint_types import (
+    FREE,
+    JOINT_TYPES,
+    KINDS,
+    PRESCRIBED,
+    REVOLUTE,
+    SLIDING,
+    TRAVEL,
+    WITH_QUATERNION,
+    Motion,
+)
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.bodies import Bodies, rigid_constants
 from modalprep.multibody.packing.packed import Link, Packed
 
 Z = np.array([0, 0, 1.0])
+HERE = np.zeros(3)
 TOPOLOGY = (
     "parent",
     "interface",
@@ -90,7 +93,7 @@ def _same_tree(one: System, other: System) -> bool:
 def _pack(system: System) -> Packed:
     links, motions = _links(system)
     rows = _topology(system, links, motions)
-    _place(system, links, rows, _frames(links, rows, motions))
+    _place(system, links, rows, _frames(links, rows, motions), motions)
     bodies = _give_bodies(system, links, rows)
     rate = system.orbit.rate if system.orbit else 0.0
     nx, nu = (int(rows[-1][name] + rows[-1]["modes"]) for name in ("xq", "uq"))
@@ -122,26 +125,34 @@ def _record(dtype: np.dtype) -> np.dtype:
 
 
 class Hinge(NamedTuple):
-    """One motion of a joint: kernel type, axis in the parent's frame at zero, travel and turn per unit."""
+    """One motion of a joint: kind of link, axis, travel and turn per unit, place relative to the motion before.
+
+    Axis and place are in the parent's frame at zero.
+    """
 
     kind: int
     axis: np.ndarray
     along: float = 0.0
     about: float = 0.0
+    arm: np.ndarray = HERE
 
 
 def hinges(joint: Joint) -> list[Hinge]:
     """Return the motions of a joint, inboard first."""
-    motions = JOINT_TYPES[joint.type].motions
-    if not motions:
-        return [Hinge({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], Z)]
-    found = []
-    axes = joint.axes if len(motions) > 1 else (joint.axis,)
-    for motion, axis in motions:
-        along, about = {TRAVEL: (1.0, 0.0), TURN: (0.0, 1.0), SCREW: (joint.pitch / (2 * np.pi), 1.0)}[motion]
-        kind = PRESCRIBED if joint.motion is not None else REVOLUTE if motion == TURN else SLIDING
-        found.append(Hinge(kind, axes[axis], along, about))
-    return found
+    steps = JOINT_TYPES[joint.type]
+    if not steps.motions:
+        return [Hinge(steps.kind, Z)]
+    axes = joint.axes if len(steps.motions) > 1 else (joint.axis,)
+    return [_hinge(joint, motion, axes) for motion in steps.motions]
+
+
+def _hinge(joint: Joint, motion: Motion, axes: tuple[np.ndarray, ...]) -> Hinge:
+    along, about = (1.0, 0.0) if motion.kind == TRAVEL else (0.0, 1.0)
+    if motion.pitch:
+        along = getattr(joint, motion.pitch) / (2 * np.pi)
+    kind = PRESCRIBED if joint.motion is not None else SLIDING if along else REVOLUTE
+    arm = getattr(joint, motion.offset[0]) * axes[motion.offset[1]] if motion.offset else HERE
+    return Hinge(kind, axes[motion.axis], along, about, arm)
 
 
 def turn_to(axis: np.ndarray) -> np.ndarray:
@@ -190,11 +201,11 @@ def _frames(links: tuple[Link, ...], rows: np.ndarray, motions: list[Hinge]) -> 
     align = np.where((last & has_axis)[:, None, None], along_z, np.eye(3))
     rows["align"] = align.reshape(-1, 9)
     start = np.where(last[:, None, None], rotation @ align, along_z)
-    start[(kind == SPHERICAL) | (kind == FREE)] = np.eye(3)
+    start[np.isin(kind, WITH_QUATERNION)] = np.eye(3)
     return start
 
 
-def _place(system: System, links: tuple[Link, ...], rows: np.ndarray, start: np.ndarray) -> None:
+def _place(system: System, links: tuple[Link, ...], rows: np.ndarray, start: np.ndarray, motions: list[Hinge]) -> None:
     """Write where each link's frame is in that of its parent."""
     parent = rows["parent"]
     inner = _column(link.hinge > 0 for link in links)
@@ -202,8 +213,10 @@ def _place(system: System, links: tuple[Link, ...], rows: np.ndarray, start: np.
     turn = start.copy()
     arm = np.array([link.joint.position for link in links])
     arm[rows["joint"] == FREE] = 0.0
-    arm[inner] = 0.0
-    turn[inner] = start[parent[inner]].swapaxes(1, 2) @ start[inner]
+    to_inner = start[parent[inner]].swapaxes(1, 2)
+    offsets = np.array([hinge.arm for hinge in motions])
+    arm[inner] = (to_inner @ offsets[inner, :, None])[:, :, 0]
+    turn[inner] = to_inner @ start[inner]
     if len(outer):
         ends = zip(parent[outer].tolist(), rows["interface"][outer].tolist(), strict=True)
         places = np.array([system.bodies[links[i].body].interface_position[k] for i, k in ends])
@@ -230,8 +243,8 @@ def _topology(system: System, links: tuple[Link, ...], motions: list[Hinge]) -> 
     for i, (link, hinge) in enumerate(zip(links, motions, strict=True)):
         body = system.bodies[link.body] if link.body else None
         modes = body.n if body else 0
-        xq = x + COORDINATES[hinge.kind]
-        uq = u + SPEEDS[hinge.kind]
+        xq = x + KINDS[hinge.kind].coordinates
+        uq = u + KINDS[hinge.kind].speeds
         parent = i - 1
         interface = 0
         flexible = False

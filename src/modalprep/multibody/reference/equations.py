@@ -8,6 +8,7 @@ poses, momenta and energies of a state, which results and checks use.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +16,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.line import shortening, strain_arms, swing
 from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
 from modalprep.multibody.elements.dense import BodyState
-from modalprep.multibody.kernels.data import (
-    COORDINATES,
-    FREE,
-    PRESCRIBED,
-    REVOLUTE,
-    SLIDING,
-    SPEEDS,
-    SPHERICAL,
-)
+from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
@@ -164,55 +157,76 @@ def _ground(system: System, p: np.ndarray, nu: int) -> _Frame:
     return _Frame(np.eye(3), p, np.concatenate([cross(w, p), w]), np.zeros((6, nu)), c)
 
 
-def _interface(parent: BodyState, node: int) -> _Frame:
-    """Motion of an interface of a body, in its own axes (those of the body, turned with the node)."""
+def _interface(parent: BodyState, node: int, arm: np.ndarray) -> _Frame:
+    """Motion of an interface of a body, in its own axes (those of the body, turned with the node).
+
+    That of a massless link is at `arm` of its origin.
+    """
     own = _Frame(parent.R, parent.p, parent.V, parent.J, parent.c)
-    if parent.body is None:
-        return own
-    r, R, Phi, vel, acc = node_motion(parent.body, node, parent.V[3:], parent.q, parent.qd)
     partial = np.zeros_like(parent.J)
+    w = parent.V[3:]
+    if parent.body is None:
+        centripetal = np.concatenate([cross(w, cross(w, arm)), np.zeros(3)])
+        return own.moved(arm, partial, np.zeros(6), centripetal)
+    r, R, Phi, vel, acc = node_motion(parent.body, node, w, parent.q, parent.qd)
     partial[:, parent.rows] = Phi
     return own.moved(r, partial, vel, acc).turned(R)
 
 
-def _hinged(frame: _Frame, row: np.record, x: np.ndarray, u: np.ndarray) -> _Frame:
-    """Motion of the outboard side of a link's hinge; x, u its coordinates and speeds.
+class _Relative(NamedTuple):
+    """Motion of the outboard side of a hinge relative to its inboard side."""
 
-    Prescribed hinges take ``x = [position]``, ``u = [rate, acceleration]``.
-    """
-    joint = row["joint"]
-    first = row["u"]
-    n = SPEEDS[row["joint"]]
+    turn: np.ndarray  # (3, 3) outboard axes to inboard axes
+    place: np.ndarray  # (3,) inboard axes
+    S: np.ndarray  # (6, n) directions of the speeds, outboard axes
+    V: np.ndarray  # (6,) velocity, outboard axes
+    extra: np.ndarray | float = 0.0  # (6,) acceleration without speeds of its own, outboard axes
+
+
+def _single_axis(row: np.record, x: np.ndarray, u: np.ndarray) -> _Relative:
     screw = np.concatenate([AXIS * row["along"], AXIS * row["about"]])
-    turn = np.eye(3)
-    r = np.zeros(3)
-    slide = np.zeros(3)
-    spin = np.zeros(3)
-    extra = np.zeros(6)
-    if joint in (REVOLUTE, SLIDING, PRESCRIBED):
-        turn = turn_about(AXIS, row["about"] * x[0])
-        r = screw[:3] * x[0]
-        slide = screw[:3] * u[0]
-        spin = screw[3:] * u[0]
-    elif joint == SPHERICAL:
-        turn = quaternion_matrix(x)
-        spin = u
-    elif joint == FREE:
-        turn = quaternion_matrix(x[3:])
-        r = x[:3]
-        slide = u[:3]
-        spin = u[3:]
-    columns = {SPHERICAL: np.eye(6)[:, 3:], FREE: np.eye(6)}.get(joint, screw[:, None])[:, :n]
-    if joint == PRESCRIBED:
-        extra = screw * u[1]
+    return _Relative(turn_about(AXIS, row["about"] * x[0]), screw[:3] * x[0], screw[:, None], screw * u[0])
+
+
+def _prescribed(row: np.record, x: np.ndarray, u: np.ndarray) -> _Relative:
+    """``x = [position]``, ``u = [rate, acceleration]``."""
+    moved = _single_axis(row, x, u)
+    return moved._replace(S=np.zeros((6, 0)), extra=moved.S[:, 0] * u[1])
+
+
+def _spherical(row: np.record, x: np.ndarray, u: np.ndarray) -> _Relative:
+    S = np.eye(6)[:, 3:]
+    return _Relative(quaternion_matrix(x), np.zeros(3), S, S @ u)
+
+
+def _free(row: np.record, x: np.ndarray, u: np.ndarray) -> _Relative:
+    return _Relative(quaternion_matrix(x[3:]), x[:3], np.eye(6), u)
+
+
+def _weld(row: np.record, x: np.ndarray, u: np.ndarray) -> _Relative:
+    return _Relative(np.eye(3), np.zeros(3), np.zeros((6, 0)), np.zeros(6))
+
+
+RELATIVE = {
+    "weld": _weld,
+    "single_axis": _single_axis,
+    "prescribed": _prescribed,
+    "spherical": _spherical,
+    "free": _free,
+}  # by `Kind.file`
+
+
+def _hinged(frame: _Frame, first: int, moved: _Relative) -> _Frame:
+    """Motion of the outboard side of a hinge whose first speed is given."""
+    outward = on_both(moved.turn)
     partial = np.zeros_like(frame.J)
+    partial[:, first : first + moved.S.shape[1]] = outward @ moved.S
     w = frame.V[3:]
-    outward = on_both(turn)  # speeds are in the outboard axes
-    partial[:, first : first + n] = outward @ columns
-    slide, spin = turn @ slide, turn @ spin
-    linear = cross(w, cross(w, r)) + 2 * cross(w, slide) + cross(spin, slide)
-    acceleration = np.concatenate([linear, cross(w, spin)]) + outward @ extra
-    return frame.moved(r, partial, np.concatenate([slide, spin]), acceleration).turned(turn)
+    velocity = outward @ moved.V
+    slide, spin = velocity[:3], velocity[3:]
+    linear = cross(w, cross(w, moved.place)) + 2 * cross(w, slide) + cross(spin, slide)
+    acceleration = np.concatenate([linear, cross(w, spin)]) + outward @ (np.zeros(6) + moved.extra)
+    return frame.moved(moved.place, partial, velocity, acceleration).turned(moved.turn)
 
 
 def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
@@ -228,20 +242,21 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     states: list[BodyState] = []
     for i, link in enumerate(packed.links):
         row = packed.model.links[i]
-        joint = row["joint"]
         x = row["x"]
         u = packed.nx + row["u"]
         if row["parent"] == len(packed.links):
             frame = _ground(system, row["arm"], packed.nu)
         else:
-            frame = _interface(states[row["parent"]], row["interface"])
+            frame = _interface(states[row["parent"]], row["interface"], row["arm"])
             frame = frame.turned(packed.align(row["parent"]))  # the hinge is placed in the parent link's axes
         frame = frame.turned(row["rotation"].reshape(3, 3))
-        own_x, own_u = y[x : x + COORDINATES[joint]], y[u : u + SPEEDS[joint]]
-        if joint == PRESCRIBED:
+        kind = KINDS[row["joint"]]
+        own_x, own_u = y[x : x + kind.coordinates], y[u : u + kind.speeds]
+        if row["joint"] == PRESCRIBED:
             own_x = motion[i, :1]
             own_u = motion[i, 1:]
-        frame = _hinged(frame, row, own_x, own_u).turned(packed.align(i).T)
+        moved = RELATIVE[kind.file](row, own_x, own_u)
+        frame = _hinged(frame, row["u"], moved).turned(packed.align(i).T)
         body = system.bodies[link.body] if link.body else None
         n = body.n if body else 0
         q = y[row["xq"] : row["xq"] + n]

@@ -8,17 +8,10 @@ import numpy as np
 
 from modalprep.multibody.elements.registry import OBSERVED
 from modalprep.multibody.evaluation.loops import Loops
-from modalprep.multibody.kernels.data import (
-    FREE,
-    PRESCRIBED,
-    REVOLUTE,
-    SLIDING,
-    SPEEDS,
-    SPHERICAL,
-)
 from modalprep.multibody.kernels.free_parts import PART
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import count_parts, part_of_links
 from modalprep.multibody.packing.packed import Packed
@@ -134,18 +127,20 @@ class Channels:
 
     def _hinge(self, i: int, joint: Joint) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""
-        kind, x, u, about = self.packed.columns[i]
+        code, x, u, about = self.packed.columns[i]
+        kind = KINDS[code]
         position, speed = ("angle", "rate") if about else ("displacement", "speed")
-        if kind in (REVOLUTE, SLIDING):
+        if kind.named:
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
             rates = [(speed, (STATE, self.packed.nx + u, 0)), ("acceleration", (ACCELERATION, self.packed.nx + u, 0))]
             return [(position, (STATE, x, 0)), *rates, *drive]
-        if kind == PRESCRIBED:
+        if code == PRESCRIBED:
             rates = [(speed, (MOTION, i, 1)), ("acceleration", (MOTION, i, 2))]
             return [(position, (MOTION, i, 0)), *rates, ("drive", (REACTION, i, 0))]
-        if kind in (SPHERICAL, FREE):
-            rotation = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
-            first = self.packed.nx + u + SPEEDS[kind] - 3
+        if kind.quaternion >= 0:
+            count = 0 if kind.translations else 4  # the body's orientation tells the rotation of a free joint
+            rotation = [("quaternion", (STATE, x + k, 0)) for k in range(count)]
+            first = self.packed.nx + u + kind.translations
             rates = {"angular_velocity": STATE, "angular_acceleration": ACCELERATION}
             return rotation + [(name, (source, first + k, 0)) for name, source in rates.items() for k in range(3)]
         return []

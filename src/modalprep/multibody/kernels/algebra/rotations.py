@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from modalprep.compiler.jit import compile_inline
+from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import (
     axpy3,
     cross,
@@ -105,6 +105,32 @@ def quaternion_rate(e, w):
         0.5 * (e[0] * w[1] + e[3] * w[0] - e[1] * w[2]),
         0.5 * (e[0] * w[2] + e[1] * w[1] - e[2] * w[0]),
     )
+
+
+@compile_inline
+def unit_quaternion(y, x):
+    """Scale the quaternion at x of y to unit length."""
+    e = y[x], y[x + 1], y[x + 2], y[x + 3]
+    f = 1.0 / np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
+    for k in range(4):
+        y[x + k] *= f
+
+
+@compile_kernel
+def turn_quaternion(y, x, w, out):
+    """Turn the quaternion at x of y by the rotation vector w of its own frame, to the same place of `out`."""
+    ww = dot3(w, w)
+    c, s = 1.0 - ww / 8.0, 0.5 - ww / 48.0
+    if ww > 1e-6:
+        angle = np.sqrt(ww)
+        c = np.cos(0.5 * angle)
+        s = np.sin(0.5 * angle) / angle
+    a = y[x]
+    b = (y[x + 1], y[x + 2], y[x + 3])
+    v = (s * w[0], s * w[1], s * w[2])
+    e = axpy3(axpy3(cross(b, v), a, v), c, b)
+    out[x] = c * a - dot3(b, v)
+    out[x + 1], out[x + 2], out[x + 3] = e
 
 
 @compile_inline

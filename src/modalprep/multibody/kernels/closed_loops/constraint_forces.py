@@ -13,8 +13,8 @@ from modalprep.multibody.kernels.articulated_body import forward_bias
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import scatter_multipliers
 from modalprep.multibody.kernels.closed_loops.responses import inward_with_rows
-from modalprep.multibody.kernels.data import REVOLUTE
 from modalprep.multibody.kernels.modal import clear_bias_of_modes, push_bias_of_modes
+from modalprep.multibody.model.joint_types import REVOLUTE
 
 
 @compile_inline

@@ -18,8 +18,8 @@ from modalprep.multibody.kernels.closed_loops.reference_mobility import write_re
 from modalprep.multibody.kernels.closed_loops.responses import gather_responses, inward_with_rows
 from modalprep.multibody.kernels.closed_loops.singularities import REGULAR
 from modalprep.multibody.kernels.closed_loops.steps import damp, leave_dead_point, limit_step, undo_step
-from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.joints import move
+from modalprep.multibody.model.joint_types import FREE, SPHERICAL
 
 CLOSED = 1e-11  # tolerance of lengths relative to the size of the system, and of angles: near round-off
 FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: aimed at, as singular positions magnify what is left
@@ -256,7 +256,7 @@ def _penalise(model, data, y, motion, kept, work, hinge):
                 largest = max(largest, abs(data.links[i].J[DIAGONAL[k]]))
             if joint == FREE or (joint != SPHERICAL and not turns and k == 2):
                 largest = max(largest, abs(data.links[i].M[DIAGONAL[k]]))
-        for u in range(model.links[i].u, model.links[i].u + SPEEDS[joint]):
+        for u in range(model.links[i].u, model.links[i].uq):
             hinge[u] = PENALTY * largest
 
 

@@ -47,13 +47,13 @@ from modalprep.multibody.kernels.closed_loops.products import (
     clear_responses,
     free_joint_response,
 )
-from modalprep.multibody.kernels.data import FREE, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
 from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias
 from modalprep.multibody.kernels.modal import (
     add_row_to_modes,
     condense_rows,
 )
+from modalprep.multibody.model.joint_types import FREE, SPHERICAL
 
 
 @compile_kernel
