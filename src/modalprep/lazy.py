@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from typing import Any
 
 IMPORT = re.compile(r"^    from (modalprep\.\S+) import (\w+) as \2$", re.MULTILINE)
+WHOLE = re.compile(r"^    from (modalprep\.\S+) import \*", re.MULTILINE)
+LISTED = re.compile(r"^__all__ = \[(.*?)\]", re.MULTILINE | re.DOTALL)
 # those with public names
 PACKAGES = (
     "fe",
@@ -31,7 +33,8 @@ PACKAGES = (
 def lazy(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package whose modules are loaded on first use.
 
-    Its names and their modules are those that its ``__init__`` imports for type checkers alone.
+    Its names and their modules are those that its ``__init__`` imports for type checkers alone; of a module that it
+    imports as a whole, the names in its ``__all__``.
     """
     homes = _imported(package)
     inside = PACKAGES if package == "modalprep" else ()
@@ -49,7 +52,13 @@ def lazy(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], l
 def _imported(package: str) -> dict[str, str]:
     """Return the module of each name that the source of a package imports for type checkers."""
     loader: Any = sys.modules[package].__loader__
-    return {name: module for module, name in IMPORT.findall(loader.get_source(package))}
+    source = loader.get_source(package)
+    found = {name: module for module, name in IMPORT.findall(source)}
+    for module in WHOLE.findall(source):
+        file = module.removeprefix(f"{package}.").replace(".", "/")
+        text = loader.get_data(f"{loader.path.removesuffix('__init__.py')}{file}.py").decode()
+        found |= dict.fromkeys(re.findall(r"\w+", LISTED.search(text)[1]), module)
+    return found
 
 
 def public_homes() -> dict[str, str]:

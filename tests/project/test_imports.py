@@ -39,8 +39,8 @@ LAYERS = {
     ),
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
-        "kernels.loads", "packing", "elements", "evaluation", "reference", "integration.events", "integration", "results", "compilation",
-        "simulate", "free_body", "analysis", "deploying",
+        "kernels.loads", "packing", "elements", "evaluation", "reference", "integration.events", "integration",
+        "results", "compilation", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",

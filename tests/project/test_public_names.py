@@ -29,8 +29,12 @@ def test_editors_see_the_same_names(package):
     tree = ast.parse(Path(module.__file__).read_text())
     block = next(node for node in tree.body if isinstance(node, ast.If))
     imports = [(node.module, alias) for node in block.body for alias in node.names]
-    assert all(alias.name == alias.asname for _, alias in imports)  # a re-export, as type checkers have it
+    whole = {home for home, alias in imports if alias.name == "*"}
+    # a re-export, as type checkers have it
+    assert all(alias.name == alias.asname or home in whole for home, alias in imports)
     static = {alias.name: home for home, alias in imports if (home, alias.name[0].islower()) != ("modalprep", True)}
+    static |= {name: home for home in whole for name in import_module(home).__all__}
+    static.pop("*", None)
     prefix = package.removeprefix("modalprep").removeprefix(".")
     found = [(*name.rpartition("."), home) for name, home in public_homes().items()]
     lazy = {name: home for inside, _, name, home in found if inside == prefix}

@@ -43,10 +43,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.model.hydrodynamics import ImmersedRod as ImmersedRod
     from modalprep.multibody.model.hydrodynamics import Water as Water
     from modalprep.multibody.model.joint_element import HingeElement as HingeElement
-    from modalprep.multibody.model.loads import AxialSpring as AxialSpring
-    from modalprep.multibody.model.loads import Bushing as Bushing
-    from modalprep.multibody.model.loads import Callback as Callback
-    from modalprep.multibody.model.loads import DistributedForce as DistributedForce
+    from modalprep.multibody.model.loads import *  # noqa: F403
     from modalprep.multibody.model.rotational_spring import RotationalSpring as RotationalSpring
     from modalprep.multibody.model.time_function import Piece as Piece
     from modalprep.multibody.model.time_function import TimeFunction as TimeFunction

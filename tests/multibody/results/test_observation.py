@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from size import seeds
 
 import modalprep as mp
+from modalprep.multibody.elements.registry import OBSERVED
 from modalprep.multibody.evaluation.evaluate import GOOD, build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
@@ -210,8 +211,15 @@ def agrees_with_the_dense_reference(o):
     springs = spring_channels(o) | rotational_channels(o)
     o.agrees(springs, max([1.0, *springs.values()]))
     closures = {n for c in o.system.closures for n in closure_names(c)}
-    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.input"}
+    elements = {name for load in o.system.loads for name in element_names(load)}
+    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *elements, "power.input"}
+    assert set(springs) <= elements
     assert set(o.found) == names
+
+
+def element_names(load):
+    kinds = [kind for kind in OBSERVED.values() if isinstance(load, kind.record)]
+    return [f"{load.name}.{channel}" for kind in kinds for channel in kind.channels]
 
 
 def closure_names(closure):

@@ -53,8 +53,9 @@ def implicit(packed: np.recarray) -> list[ImplicitRow]:
 
 
 @compile_kernel
-def apply(rows, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add the forces; returns the power of dampers and actuators, the energy stored, 0."""
+    rows = elements.axial_spring
     power, stored = 0.0, 0.0
     for i in range(len(rows)):
         own = rows[i]
@@ -66,8 +67,9 @@ def apply(rows, environment, model, data, t):
 
 
 @compile_kernel
-def observe(rows, environment, model, data, t, i):
+def observe(elements, environment, model, data, t, i):
     """Return length and tension of spring i."""
+    rows = elements.axial_spring
     _, length, tension, _, _ = _at(rows[i], environment, model, data, t)
     return length, tension
 
@@ -120,4 +122,4 @@ def dense(load: AxialSpring, scene: Scene) -> DenseLoads:
     return DenseLoads((a.J - b.J)[:3].T @ (tension * along), -other * rate, stored, 0.0)
 
 
-KIND = ElementKind(AxialSpring, "axial_springs", pack, dense, channels=("length", "tension"), implicit=implicit)
+KIND = ElementKind(AxialSpring, pack, apply, dense, channels=("length", "tension"), observe=observe, implicit=implicit)

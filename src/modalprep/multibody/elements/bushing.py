@@ -76,8 +76,9 @@ def implicit(packed: np.recarray) -> list[ImplicitRow]:
 
 
 @compile_kernel
-def apply(rows, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add the forces and torques; returns the power of the dampers, the energy stored, 0."""
+    rows = elements.bushing
     power, stored = 0.0, 0.0
     for i in range(len(rows)):
         own = rows[i]
@@ -176,4 +177,4 @@ def dense(load: Bushing, scene: Scene) -> DenseLoads:
     return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)
 
 
-KIND = ElementKind(Bushing, "bushings", pack, dense, implicit=implicit)
+KIND = ElementKind(Bushing, pack, apply, dense, implicit=implicit)

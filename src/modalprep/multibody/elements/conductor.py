@@ -45,8 +45,9 @@ def pack(packer: Packer, loads: Sequence[Conductor]) -> Conductors:
 
 
 @compile_kernel
-def apply(packed, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add the magnetic forces; returns their power, 0, 0."""
+    packed = elements.conductor
     power = 0.0
     for i in range(len(packed.rows)):
         own = packed.rows[i]
@@ -62,8 +63,9 @@ def apply(packed, environment, model, data, t):
 
 
 @compile_kernel
-def observe(packed, environment, model, data, t, i):
+def observe(elements, environment, model, data, t, i):
     """Return current and electromotive force of conductor i."""
+    packed = elements.conductor
     own = packed.rows[i]
     total = 0.0
     for k in range(own.first, own.end):
@@ -100,4 +102,4 @@ def dense(load: Conductor, scene: Scene) -> DenseLoads:
     return total
 
 
-KIND = ElementKind(Conductor, "conductors", pack, dense, channels=("current", "emf"))
+KIND = ElementKind(Conductor, pack, apply, dense, channels=("current", "emf"), observe=observe)

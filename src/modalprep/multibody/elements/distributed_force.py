@@ -71,8 +71,9 @@ def _row(packer: Packer, load: DistributedForce) -> tuple[tuple, np.ndarray]:
 
 
 @compile_kernel
-def apply(packed, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add the forces on all points, which move with them; returns their power, 0, 0."""
+    packed = elements.distributed_force
     power = 0.0
     for i in range(len(packed.rows)):
         power += _one(packed.rows[i], packed.modes[i], environment, model, data, t)
@@ -131,4 +132,4 @@ def dense(load: DistributedForce, scene: Scene) -> DenseLoads:
     return DenseLoads(f, power, 0.0, 0.0)
 
 
-KIND = ElementKind(DistributedForce, "distributed_forces", pack, dense)
+KIND = ElementKind(DistributedForce, pack, apply, dense)

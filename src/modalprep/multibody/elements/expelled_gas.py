@@ -57,8 +57,9 @@ def pack(packer: Packer, loads: Sequence[ExpelledGas]) -> Gas:
 
 
 @compile_kernel
-def apply(packed, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add all jets; returns their power, 0, 0."""
+    packed = elements.expelled_gas
     power = 0.0
     for i in range(len(packed.rows)):
         power += _jet(packed.rows[i], packed.points, environment, model, data, t)
@@ -105,4 +106,4 @@ def dense(load: ExpelledGas, scene: Scene) -> DenseLoads:
     return total
 
 
-KIND = ElementKind(ExpelledGas, "expelled_gas", pack, dense)
+KIND = ElementKind(ExpelledGas, pack, apply, dense)

@@ -23,13 +23,13 @@ def turning(system: System) -> list[Bushing | RotationalSpring]:
 @compile_kernel
 def write_turns(loads, model, data, turns):
     """Write ``turns (n, 6)`` after `world`: turn and spin of bushings, angle and rate of rotational springs."""
-    n = len(loads.bushings)
+    n = len(loads.elements.bushing)
     for i in range(n):
-        x, w = bushing.turn(loads.bushings[i], model, data)
+        x, w = bushing.turn(loads.elements.bushing[i], model, data)
         put3(turns[i], x)
         put_angular(turns[i], w)
     for i in range(len(turns) - n):
-        angle, rate = rotational_spring.angle(loads.rotational_springs.rows[i], model, data)
+        angle, rate = rotational_spring.angle(loads.elements.rotational_spring.rows[i], model, data)
         turns[n + i, 0], turns[n + i, 3] = angle, rate
 
 
@@ -40,15 +40,15 @@ def follow_turns(loads, model, data, turns, now, h):
     A step in which an element turns so far that it could have passed half a turn unseen counts too. `now` is scratch.
     """
     write_turns(loads, model, data, now)
-    n = len(loads.bushings)
+    n = len(loads.elements.bushing)
     for i in range(len(turns)):
         d = sub3(get3(now[i]), get3(turns[i]))
         w = get_angular(now[i])
         d = d if dot3(d, d) > np.pi * np.pi else (h * w[0], h * w[1], h * w[2])
         if dot3(d, d) > MOST * MOST:
-            if i >= n and loads.rotational_springs.rows[i - n].jumps:
+            if i >= n and loads.elements.rotational_spring.rows[i - n].jumps:
                 return i
-            if i < n and _jumps(loads.bushings[i].stiffness, d):
+            if i < n and _jumps(loads.elements.bushing[i].stiffness, d):
                 return i
     for i in range(len(turns)):
         copy(now[i], turns[i])

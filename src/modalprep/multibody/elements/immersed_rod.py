@@ -100,8 +100,9 @@ def added_inertia(
 
 
 @compile_kernel
-def apply(packed, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add wrenches, and the added mass to the inertia of the links; returns power, energy of the water, potential."""
+    packed = elements.immersed_rod
     power, stored, potential = 0.0, 0.0, 0.0
     for i in range(len(packed.rows)):
         rod = packed.rows[i]
@@ -220,4 +221,4 @@ def dense(load: ImmersedRod, scene: Scene) -> DenseLoads:
     return DenseLoads(f, power, stored, potential, mass)
 
 
-KIND = ElementKind(ImmersedRod, "immersed_rods", pack, dense)
+KIND = ElementKind(ImmersedRod, pack, apply, dense, adds_mass=True)

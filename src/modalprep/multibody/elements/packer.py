@@ -50,30 +50,37 @@ class ImplicitRow:
 
 @dataclass(frozen=True)
 class ElementKind:
-    """One kind of force element, as the registry lists it.
+    """One kind of force element: the `KIND` of its file.
 
     Attributes
     ----------
     record : type
         The user's class.
-    field : str
-        Its name in `registry.Loads`.
     pack : callable
         ``pack(packer, records)`` returns what the compiled law reads.
+    apply : callable
+        Compiled, ``apply(elements, environment, model, data, t)`` adds the forces of all; returns power (W), energy
+        stored and potential (J). What was packed is the field of `elements` with the name of the file.
     dense : callable
         ``dense(record, scene)`` is its reference implementation.
     channels : tuple of str
-        Names of the two numbers that `registry.observe` gives for each record.
+        Names of the two numbers that `observe` gives for each record.
+    observe : callable or None
+        Compiled, ``observe(elements, environment, model, data, t, i)`` returns the channels of element i.
     implicit : callable or None
         ``implicit(packed)`` returns its `ImplicitRow`.
+    adds_mass : bool
+        Whether `apply` changes the inertia that other elements read.
     """
 
     record: type
-    field: str
     pack: Callable[[Packer, Sequence[Any]], Any]
+    apply: Callable
     dense: Callable[[Any, Scene], DenseLoads]
     channels: tuple[str, ...] = ()
+    observe: Callable | None = None
     implicit: Callable[[Any], list[ImplicitRow]] | None = None
+    adds_mass: bool = False
 
 
 class Packer:

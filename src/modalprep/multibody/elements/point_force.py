@@ -40,8 +40,9 @@ def _row(packer: Packer, load: PointForce) -> tuple:
 
 
 @compile_kernel
-def apply(rows, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add the forces; returns their power, 0, 0."""
+    rows = elements.point_force
     power = 0.0
     for i in range(len(rows)):
         own = rows[i]
@@ -68,4 +69,4 @@ def dense(load: PointForce, scene: Scene) -> DenseLoads:
     return wrench_at(point, turn @ force, turn @ torque)
 
 
-KIND = ElementKind(PointForce, "point_forces", pack, dense)
+KIND = ElementKind(PointForce, pack, apply, dense)

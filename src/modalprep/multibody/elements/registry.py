@@ -1,31 +1,24 @@
-"""All kinds of force elements: what is packed of a system, and the loops over the kinds.
+"""All kinds of force elements: what is packed of a system, and what all kinds do.
 
-A new kind is a file of this folder, a line in `KINDS`, a field in `Loads` and a line in `_elements` (numba unrolls no
-loop over arrays of different types), in `observe` too if it has channels.
+A kind is a file of this folder with a `KIND`. The compiled functions call those of the kinds one inside the other,
+since numba unrolls no loop over arrays of different types.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import namedtuple
+from collections.abc import Callable, Sequence
 from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from modalprep.compiler.by_address import by_address
-from modalprep.compiler.jit import compile_kernel
-from modalprep.multibody.elements import (
-    axial_spring,
-    bushing,
-    conductor,
-    distributed_force,
-    expelled_gas,
-    hinge,
-    immersed_rod,
-    planet,
-    point_force,
-    rotational_spring,
-)
+from modalprep.compiler.jit import compile_inline, compile_kernel
+from modalprep.multibody import elements
+from modalprep.multibody.elements import hinge, planet
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus
 from modalprep.multibody.elements.packer import ElementKind, Environment, Packer
 from modalprep.multibody.kernels.algebra.tuples import (
@@ -42,20 +35,18 @@ from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 from modalprep.multibody.packing.variable_mass import empty_fill, pack_fill
 
-KINDS = (
-    point_force.KIND,
-    distributed_force.KIND,
-    axial_spring.KIND,
-    bushing.KIND,
-    conductor.KIND,
-    expelled_gas.KIND,
-    immersed_rod.KIND,
-    rotational_spring.KIND,
-)
-OBSERVED = tuple(kind for kind in KINDS if kind.channels)
-AXIAL_SPRINGS = OBSERVED.index(axial_spring.KIND)
-ROTATIONAL_SPRINGS = OBSERVED.index(rotational_spring.KIND)
-CONDUCTORS = OBSERVED.index(conductor.KIND)
+
+def _kinds() -> dict[str, ElementKind]:
+    """Return the kinds by their files; last those that add mass."""
+    names = sorted(module.name for module in iter_modules(elements.__path__) if module.name != "registry")
+    files = {name: import_module(f"{elements.__name__}.{name}") for name in names}
+    found = {name: file.KIND for name, file in files.items() if hasattr(file, "KIND")}
+    return dict(sorted(found.items(), key=lambda item: item[1].adds_mass))
+
+
+KINDS = _kinds()
+OBSERVED = {name: kind for name, kind in KINDS.items() if kind.channels}
+Elements = by_address(namedtuple("Elements", KINDS))  # what is packed of each kind
 MOTION = np.dtype([("link", np.int64), ("law", np.int64)])  # prescribed link, function of time
 
 
@@ -67,14 +58,7 @@ class Loads(NamedTuple):
     motions: np.ndarray  # (prescribed,) MOTION
     fill: Fill  # bodies that lose mass
     hinges: np.ndarray
-    point_forces: np.ndarray
-    distributed_forces: distributed_force.Distributed
-    axial_springs: np.ndarray
-    bushings: np.ndarray
-    conductors: conductor.Conductors
-    expelled_gas: expelled_gas.Gas
-    immersed_rods: immersed_rod.Rods
-    rotational_springs: rotational_spring.Rotational
+    elements: Any  # Elements
 
 
 class Energies(NamedTuple):
@@ -108,7 +92,7 @@ def pack_loads(system: System, packed: Packed, t_end: float, shortest_event: flo
     found = {
         "motions": rows(MOTION, _motions(packer)),
         "hinges": hinge.pack(packer),
-        **{kind.field: _pack(kind, packer, system.loads) for kind in KINDS},
+        "elements": Elements(*(_pack(kind, packer, system.loads) for kind in KINDS.values())),
     }
     masses = [packer.table(f"depletion {d.name!r}", d.mass) for d in system.depletions]
     environment = Environment(packer.tabulate(t_end, shortest_event), planet.pack(system))
@@ -164,37 +148,78 @@ def apply(loads, model, data, y, t, tau, slope):
     return Energies(leaving + total[0], total[1], total[2])
 
 
+@compile_inline
+def _nothing(elements, environment, model, data, t):
+    return ZERO3
+
+
+def _sum(adds_mass: bool) -> Callable:
+    """Return the compiled function that adds the forces of all kinds which add mass, or of all others."""
+    total = _nothing
+    for kind in KINDS.values():
+        if kind.adds_mass == adds_mass:
+            total = _plus(total, kind.apply)
+    return total
+
+
+def _plus(others: Callable, apply: Callable) -> Callable:
+    @compile_inline
+    def total(elements, environment, model, data, t):
+        before = others(elements, environment, model, data, t)
+        return add3(before, apply(elements, environment, model, data, t))
+
+    return total
+
+
+_massless = _sum(adds_mass=False)
+_with_mass = _sum(adds_mass=True)
+
+
 @compile_kernel
 def _elements(loads, environment, model, data, t):
     """Add all that acts on bodies; planets and water read the inertia that `outward` left, so water comes last."""
-    total = point_force.apply(loads.point_forces, environment, model, data, t)
-    total = add3(total, distributed_force.apply(loads.distributed_forces, environment, model, data, t))
-    total = add3(total, axial_spring.apply(loads.axial_springs, environment, model, data, t))
-    total = add3(total, bushing.apply(loads.bushings, environment, model, data, t))
-    total = add3(total, rotational_spring.apply(loads.rotational_springs, environment, model, data, t))
-    total = add3(total, conductor.apply(loads.conductors, environment, model, data, t))
-    total = add3(total, expelled_gas.apply(loads.expelled_gas, environment, model, data, t))
+    total = _massless(loads.elements, environment, model, data, t)
     if near_planet(environment.planet[0]):
         total = add3(total, planet.apply(environment.planet[0], model, data))
-    return add3(total, immersed_rod.apply(loads.immersed_rods, environment, model, data, t))
+    return add3(total, _with_mass(loads.elements, environment, model, data, t))
+
+
+@compile_inline
+def _unobserved(kind, elements, environment, model, data, t, i):
+    return 0.0, 0.0
+
+
+def _either(number: int, observe: Callable, others: Callable) -> Callable:
+    @compile_inline
+    def choose(kind, elements, environment, model, data, t, i):
+        if kind == number:
+            return observe(elements, environment, model, data, t, i)
+        return others(kind, elements, environment, model, data, t, i)
+
+    return choose
+
+
+def _observer() -> Callable:
+    chosen = _unobserved
+    for number, kind in enumerate(OBSERVED.values()):
+        chosen = _either(number, kind.observe, chosen)
+    return chosen
+
+
+_observe = _observer()
 
 
 @compile_kernel
 def observe(loads, kind, i, model, data, t):
     """Return the channels of element i of a kind, which counts in `OBSERVED`, after `world`."""
-    environment = loads.environment
-    if kind == AXIAL_SPRINGS:
-        return axial_spring.observe(loads.axial_springs, environment, model, data, t, i)
-    if kind == ROTATIONAL_SPRINGS:
-        return rotational_spring.observe(loads.rotational_springs, environment, model, data, t, i)
-    return conductor.observe(loads.conductors, environment, model, data, t, i)
+    return _observe(kind, loads.elements, loads.environment, model, data, t, i)
 
 
 def dense(system: System, packed: Packed, scene: Scene, y: np.ndarray) -> DenseLoads:
     """Return what all elements, and a planet, do: the reference implementation."""
     total = plus(hinge.dense(system, packed, y, scene.t), planet.dense(scene))
     for load in system.loads:
-        for kind in KINDS:
+        for kind in KINDS.values():
             if isinstance(load, kind.record):
                 total = plus(total, kind.dense(load, scene))
     return total

@@ -94,8 +94,9 @@ def implicit(packed: Rotational) -> list[ImplicitRow]:
 
 
 @compile_kernel
-def apply(packed, environment, model, data, t):
+def apply(elements, environment, model, data, t):
     """Add the torques; returns the power of the dampers, the energy stored, 0."""
+    packed = elements.rotational_spring
     power, stored = 0.0, 0.0
     for i in range(len(packed.rows)):
         own = packed.rows[i]
@@ -108,8 +109,9 @@ def apply(packed, environment, model, data, t):
 
 
 @compile_kernel
-def observe(packed, environment, model, data, t, i):
+def observe(elements, environment, model, data, t, i):
     """Return the angle of spring i, and the torque that it has against it."""
+    packed = elements.rotational_spring
     angle, torque, _, _, _ = _at(packed, packed.rows[i], model, data)
     return angle, torque
 
@@ -217,4 +219,6 @@ def _law(knots: np.ndarray, x: float) -> tuple[float, float]:
     return integral, value + end * beyond
 
 
-KIND = ElementKind(RotationalSpring, "rotational_springs", pack, dense, channels=("angle", "torque"), implicit=implicit)
+KIND = ElementKind(
+    RotationalSpring, pack, apply, dense, channels=("angle", "torque"), observe=observe, implicit=implicit
+)

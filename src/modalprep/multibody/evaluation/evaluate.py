@@ -14,8 +14,8 @@ import numpy as np
 from modalprep.compiler.by_address import Pattern, by_address, layout
 from modalprep.compiler.callbacks import call_address
 from modalprep.compiler.jit import compile_inline, compile_kernel, compile_once
-from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
+from modalprep.multibody.evaluation.implicit_rows import with_force_elements
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels.algebra.matrices import inertia_times
 from modalprep.multibody.kernels.algebra.tuples import (

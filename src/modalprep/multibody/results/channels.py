@@ -204,7 +204,7 @@ class Channels:
 
     def _elements(self) -> list[tuple]:
         rows = []
-        for number, kind in enumerate(OBSERVED):
+        for number, kind in enumerate(OBSERVED.values()):
             names = [getattr(load, "name", "") for load in self.system.loads if isinstance(load, kind.record)]
             rows += [(number, i, 0, self._pair(name, *kind.channels)) for i, name in enumerate(names)]
         return rows

@@ -36,7 +36,8 @@ def with_force_elements(loops: Constraints | None, loads: Loads) -> Constraints 
     >>> with_force_elements(None, pack_loads(system, pack(system), 1.0)).rows["stiffness"]
     array([9., 7.])
     """
-    found = [row for kind in KINDS if kind.implicit for row in kind.implicit(getattr(loads, kind.field))]
+    stiff = {name: kind.implicit for name, kind in KINDS.items() if kind.implicit}
+    found = [row for name, implicit in stiff.items() for row in implicit(getattr(loads.elements, name))]
     found = [row for row in found if row.stiffness > 0 or row.damping > 0]
     if not found:
         return loops
