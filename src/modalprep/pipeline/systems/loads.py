@@ -13,7 +13,7 @@ from modalprep.multibody.evaluation.feedback import feedback
 from modalprep.multibody.model.deployment import Deployment
 from modalprep.multibody.model.environment import EARTH_RADIUS, CentralGravity, Dipole, Orbit
 from modalprep.multibody.model.joint_element import HingeElement
-from modalprep.multibody.model.joint_types import ROTATIONS, SCALARS, TRANSLATIONS
+from modalprep.multibody.model.joint_types import JOINT_TYPES, SCALARS
 from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import naming
@@ -26,8 +26,6 @@ from modalprep.pipeline.schema.system import (
     LimitsTable,
 )
 from modalprep.pipeline.schema.time import has_several_values, time_function
-
-TRANSLATIONS_AND_ROTATIONS = {"spherical": (0, 3), "free": (3, 3)}
 
 
 def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployment:
@@ -55,9 +53,8 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
     InputError
         When a list has not one value for each speed.
     """
-    translations, rotations = TRANSLATIONS_AND_ROTATIONS.get(
-        table.type, (TRANSLATIONS.get(table.type, 0), ROTATIONS.get(table.type, 0))
-    )
+    translations = JOINT_TYPES[table.type].translations
+    rotations = JOINT_TYPES[table.type].speeds - translations
     _refuse_wrong_drive(table, translations, rotations)
     drives = _list("force", table.force, translations) + _list("torque", table.torque, rotations)
     names = ["force"] * translations + ["torque"] * rotations

@@ -43,7 +43,7 @@ def free_joint_response(own, scratch, force):
 
 @compile_inline
 def _solve_free(pivot, x):
-    """Solve with the rows that `joints.factor_joint` wrote for a free joint; lanes ``x (24,)`` become the solution."""
+    """Solve with the rows that `joints.free.eliminate` wrote; lanes ``x (24,)`` become the solution."""
     start = 0
     for a in range(6):
         g = 1.0 / pivot[start]
