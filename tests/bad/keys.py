@@ -7,6 +7,8 @@ import numpy as np
 import modalprep as mp
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.multibody.model.joint import CONSTANTS
+from modalprep.multibody.model.joint_types import JOINT_TYPES
 from modalprep.pipeline.building.build import read_bodies
 from modalprep.pipeline.schema import chain, changing, environment, force_elements
 from modalprep.pipeline.schema import system as system_tables
@@ -112,23 +114,15 @@ def lists(value, *counts):
     return [value, *[[value] * n for n in counts]]
 
 
-JOINT_TYPES = (
-    "weld",
-    "revolute",
-    "prismatic",
-    "screw",
-    "cylindrical",
-    "universal",
-    "gimbal",
-    "spherical",
-    "planar",
-    "free",
-)
-NEEDED = {"screw": {"pitch": 0.1}, "universal": {"second_axis": [0, 1, 0]}}
+NEEDED = {
+    name: {constant.name: 0.1 for constant in steps.constants}
+    | ({"second_axis": [0, 1, 0]} if steps.second_axis == "needed" else {})
+    for name, steps in JOINT_TYPES.items()
+}
 HINGE = {
     "axis": [[0.6, 0.2, 0.8]],
     "second_axis": [[0.3, 1.0, 0.2]],
-    "pitch": [0.2],
+    **{key: [0.2] for key in CONSTANTS},
     "position": [[0.1, 0.2, 0.3]],
     "rotation": [TURN],
     "start.angle": lists(0.3, 2, 3),
@@ -146,7 +140,7 @@ HINGE = {
     "force": lists(30.0, 2, 3),
     "torque": lists(30.0, 2, 3),
 }
-JOINTS = {f"{kind} to {parent}": {"type": kind, "parent": parent, "child": "c.root", **NEEDED.get(kind, {})}
+JOINTS = {f"{kind} to {parent}": {"type": kind, "parent": parent, "child": "c.root", **NEEDED[kind]}
           for kind in JOINT_TYPES for parent in ("ground", "a.tip")}  # fmt: skip
 
 CLOSURE_NEEDS = {

@@ -1,5 +1,7 @@
 """Random trees with random closures, and their accelerations by the kernel."""
 
+from typing import get_args
+
 import numpy as np
 from closures import closure_of
 from multibody.trees import random_state, random_tree
@@ -8,13 +10,10 @@ from scipy.spatial.transform import Rotation
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.closed_loops.responses import gather_responses
-from modalprep.multibody.model.constraints import Coupler
+from modalprep.multibody.model.constraints import ClosureType, Coupler
 from modalprep.multibody.packing.tree import pack
 
-TYPES = (
-    "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
-    "point_on_plane", "distance", "position",
-)  # fmt: skip
+TYPES = get_args(ClosureType)
 
 
 def random_closures(system, seed, count):

@@ -58,7 +58,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
     )  # fmt: skip
 
 
-KINDS = ("weld", "revolute", "prismatic", "screw", "cylindrical", "universal", "gimbal", "spherical", "planar", "free")
+KINDS = tuple(JOINT_TYPES)
 ROOTS = (*KINDS, "prescribed", "sliding")
 
 
@@ -88,21 +88,21 @@ def _joint(rng, name, kind, parent, child):
         parent=parent,
         child=child,
         **directions(rng, driven.get(kind, kind)),
-        pitch=2.0 if kind == "screw" else 0.0,
         rotation=Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
         motion=mp.multibody.TimeFunction("sin(t)") if kind in driven else None,
     )
 
 
 def directions(rng, kind):
-    """Random axes of a joint of a type; two are drawn for each type, so that later numbers do not depend on it."""
+    """Random axes of a joint of a type, and its constants; two are drawn for each type, so that others stay."""
     return axes_of(kind, *rng.standard_normal((2, 3)))
 
 
 def axes_of(kind, axis, second):
-    """Return those of two axes that a joint of a type has, by key."""
+    """Return those of two axes that a joint of a type has, and its constants, by key."""
     steps = JOINT_TYPES[kind]
-    return ({"axis": axis} if steps.motions else {}) | ({"second_axis": second} if steps.second_axis else {})
+    axes = ({"axis": axis} if steps.motions else {}) | ({"second_axis": second} if steps.second_axis else {})
+    return axes | {constant.name: 2.0 for constant in steps.constants}
 
 
 def random_state(system, seed, size=0.2):

@@ -102,7 +102,6 @@ def test_residual_of_long_chains(kind, modes):
             parent=f"b{i - 1}.a" if i else "ground",
             child=f"b{i}",
             **directions(rng, k),
-            pitch=2.0 if k == "screw" else 0.0,
         )
         for i, k in enumerate(kinds)
     )
