@@ -14,29 +14,41 @@ if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
 
 
+MOTION, MATRICES, SHAPES = "equations of motion", "matrices", "mode shapes"
+
+
 @dataclass(frozen=True)
 class Export:
-    """A format: suffix of its file, ``module.function`` of its writer, and the writer's option, if it has one."""
+    """A format.
+
+    Attributes
+    ----------
+    suffix : str
+        Of its file.
+    writer : str
+        ``module.function``.
+    option : str or None
+        The writer's, if it has one.
+    holds : str
+        MOTION, MATRICES (what is linear of it) or SHAPES.
+    """
 
     suffix: str
     writer: str
     option: str | None = None
+    holds: str = MOTION
 
 
 EXPORTS: dict[str, Export] = {
     "sid": Export(".sid_fem", "sid.write_sid", "dialect"),
     "mbdyn": Export(".fem", "mbdyn.write_mbdyn", "version"),
     "exudyn": Export(".npz", "exudyn.write_exudyn"),
-    "op4": Export(".op4", "nastran.write_output4"),
-    "nastran": Export(".op4", "nastran.write_output4"),
-    "dmig": Export(".dmig", "nastran.write_dmig"),
-    "uff": Export(".unv", "uff.write_uff"),
-    "vtu": Export(".vtu", "vtu.write_vtu"),
+    "op4": Export(".op4", "nastran.write_output4", holds=MATRICES),
+    "nastran": Export(".op4", "nastran.write_output4", holds=MATRICES),
+    "dmig": Export(".dmig", "nastran.write_dmig", holds=MATRICES),
+    "uff": Export(".unv", "uff.write_uff", holds=SHAPES),
+    "vtu": Export(".vtu", "vtu.write_vtu", holds=SHAPES),
 }
-
-
-LINEAR = ("op4", "nastran", "dmig")  # matrices
-PICTURES = ("uff", "vtu")  # mode shapes, no equations of motion
 
 
 def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | None) -> Path:
@@ -92,12 +104,12 @@ def lost_in(body: FlexibleBody, to: str) -> list[str]:
         said.append(
             "geometric stiffness has no place in this format: a fast turning body softens instead of stiffening"
         )
-    if to in LINEAR:
+    if EXPORTS[to].holds == MATRICES:
         said.append(
             "all that is not linear has no place in this format: of the geometric stiffness and of P and H, which "
             "large rotations need, a reader can rebuild a part"
         )
-    if body.T is not None and to not in PICTURES:
+    if body.T is not None and EXPORTS[to].holds != SHAPES:
         said.append(
             "the second order of the modal mass (T) has no place in this format: a body that bends under a steady load "
             "has other frequencies there"
@@ -117,9 +129,9 @@ def known_export(name: str) -> Export:
     --------
     >>> known_export("sid").suffix
     '.sid_fem'
-    >>> known_export("x")
+    >>> known_export("x")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    modalprep.errors.InputError: format 'x' does not exist; known are sid, mbdyn, exudyn, op4, nastran, dmig, uff, vtu
+    modalprep.errors.InputError: format 'x' does not exist; known are sid, mbdyn, ...
     """
     refuse_unknown(name, EXPORTS, "format")
     return EXPORTS[name]

@@ -19,7 +19,8 @@ from modalprep.records import Record, given, optional, pair
 from modalprep.suggest import find_interface, refuse_name, refuse_unknown
 from modalprep.vectors import as_rotation, matrix, vector
 
-__all__ = ["AxialSpring", "Bushing", "Callback", "DistributedForce"]  # public names of `modalprep.multibody`
+# public names of `modalprep.multibody`
+__all__ = ["AxialSpring", "Bushing", "Callback", "DistributedForce"]
 
 GROUND = "ground"
 ROUNDING = 1e-9  # of a sum of fractions
