@@ -16,6 +16,7 @@ from modalprep.body.frames import reroot
 from modalprep.body.quality.units import implausible_units
 from modalprep.errors import InputError
 from modalprep.formats.bodies.described import NOTES, in_si_units, notes_of
+from modalprep.formats.export import EXPORTS, SHAPES
 from modalprep.formats.modalfile import refuse_impossible
 from modalprep.verdicts.notes import told
 
@@ -63,8 +64,7 @@ FORMATS = (
 PICTURES = "it holds mode shapes but no mass integrals, without which there is no body; export another format"
 NO_BODY = {
     ".h5": "it is a modal file already, which the other commands take as it is",
-    ".unv": PICTURES,
-    ".vtu": PICTURES,
+    **{export.suffix: PICTURES for export in EXPORTS.values() if export.holds == SHAPES},
     ".mat": "a state space is of a whole system, linearised, and describes no body",
     ".sub": "the binary substructures of Ansys are not read; write the matrices of the unreduced model (.full with its "
     ".cdb) and name them in a pipeline file under [matrices]",
