@@ -88,7 +88,7 @@ def test_every_page_is_in_the_navigation(project):
     assert shown == {str(file.relative_to(docs)) for file in docs.rglob("*.md")}
 
 
-@pytest.mark.parametrize("page", ["element", "joint", "force-element", "format", "reader"])
+@pytest.mark.parametrize("page", ["element", "joint", "force-element", "format", "reader", "analysis", "table"])
 def test_how_to_names_files_that_exist(page, project):
     text = (project / "docs" / "how-to" / f"{page}.md").read_text()
     tests = [file.name for file in (project / "tests").rglob("*.py")]

@@ -188,7 +188,7 @@ def test_welded_halves_carry_their_weight_as_one_beam():
     np.testing.assert_allclose(rest.closures["middle.force"][1], 0, atol=1e-6 * w * length)
 
 
-KINDS = tuple(name for name, steps in JOINT_TYPES.items() if steps.holds)
+KINDS = tuple(name for name, steps in JOINT_TYPES.items() if steps.constrained)
 
 
 def stiff(body):

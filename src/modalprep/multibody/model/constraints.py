@@ -23,7 +23,7 @@ ClosureType = Literal[ClosingJoint, "point_on_line", "point_on_plane", "distance
 WITH_FRICTION = ("point_on_line", "point_on_plane")
 WITH_AXIS = tuple(name for name, steps in JOINT_TYPES.items() if steps.has_closing_axis)
 WITH_SECOND_AXIS = tuple(name for name in WITH_AXIS if JOINT_TYPES[name].second_axis == "needed")
-WITHOUT_AXIS = tuple(name for name, steps in JOINT_TYPES.items() if steps.holds and name not in WITH_AXIS)
+WITHOUT_AXIS = tuple(name for name, steps in JOINT_TYPES.items() if steps.constrained and name not in WITH_AXIS)
 
 
 def _path(values: Sequence[TimeFunctionLike | None], what: str = "") -> tuple[TimeFunction | None, ...]:

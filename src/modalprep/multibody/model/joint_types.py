@@ -101,16 +101,16 @@ class Steps(NamedTuple):
         "" where there is none, "needed", or "normal": made normal to `axis`, any one by default.
     constants : tuple of Constant
         Numbers that it needs beside its axes.
-    holds : tuple of (str, str) or None
-        Displacements and rotations that it holds where it closes a loop, in the frame whose z is the axis; beside them
-        the angle between two axes that are "needed". None: it cannot close a loop.
+    constrained : tuple of (str, str) or None
+        Displacements and rotations that it constrains where it closes a loop, in the frame whose z is the axis; beside
+        them the angle between two axes that are "needed". None: it cannot close a loop.
     """
 
     motions: tuple[Motion, ...] = ()
     kind: int = WELD
     second_axis: str = ""
     constants: tuple[Constant, ...] = ()
-    holds: tuple[str, str] | None = None
+    constrained: tuple[str, str] | None = None
 
     @property
     def translations(self) -> int:
@@ -124,21 +124,23 @@ class Steps(NamedTuple):
 
     @property
     def has_closing_axis(self) -> bool:
-        """Whether `axis` matters to what it holds."""
-        return self.holds is not None and (self.second_axis == "needed" or not {*self.holds} <= {"xyz", ""})
+        """Whether `axis` matters to what it constrains."""
+        return self.constrained is not None and (self.second_axis == "needed" or not {*self.constrained} <= {"xyz", ""})
 
 
 JOINT_TYPES: dict[str, Steps] = {
-    "weld": Steps(holds=("xyz", "xyz")),
-    "revolute": Steps((Motion(TURN, FIRST),), holds=("xyz", "xy")),
-    "prismatic": Steps((Motion(TRAVEL, FIRST),), holds=("xy", "xyz")),
+    "weld": Steps(constrained=("xyz", "xyz")),
+    "revolute": Steps((Motion(TURN, FIRST),), constrained=("xyz", "xy")),
+    "prismatic": Steps((Motion(TRAVEL, FIRST),), constrained=("xy", "xyz")),
     "screw": Steps((Motion(TURN, FIRST, pitch="pitch"),), constants=(Constant("pitch", "m for each turn"),)),
-    "cylindrical": Steps((Motion(TRAVEL, FIRST), Motion(TURN, FIRST)), holds=("xy", "xy")),
-    "universal": Steps((Motion(TURN, FIRST), Motion(TURN, SECOND)), second_axis="needed", holds=("xyz", "")),
+    "cylindrical": Steps((Motion(TRAVEL, FIRST), Motion(TURN, FIRST)), constrained=("xy", "xy")),
+    "universal": Steps((Motion(TURN, FIRST), Motion(TURN, SECOND)), second_axis="needed", constrained=("xyz", "")),
     "gimbal": Steps((Motion(TURN, FIRST), Motion(TURN, SECOND), Motion(TURN, NORMAL)), second_axis="normal"),
-    "spherical": Steps(kind=SPHERICAL, holds=("xyz", "")),
+    "spherical": Steps(kind=SPHERICAL, constrained=("xyz", "")),
     "planar": Steps(
-        (Motion(TRAVEL, SECOND), Motion(TRAVEL, NORMAL), Motion(TURN, FIRST)), second_axis="normal", holds=("z", "xy")
+        (Motion(TRAVEL, SECOND), Motion(TRAVEL, NORMAL), Motion(TURN, FIRST)),
+        second_axis="normal",
+        constrained=("z", "xy"),
     ),
     "free": Steps(kind=FREE),
 }

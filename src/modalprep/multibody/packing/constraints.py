@@ -91,13 +91,7 @@ DISPLACEMENTS = {"x": 0, "y": 1, "z": 2}
 ROTATIONS = {"x": (2, 1), "y": (2, 0), "z": (0, 1)}
 # displacements and rotations that each type constrains, in the frame whose z is the axis
 CONSTRAINED = {
-    "weld": ("xyz", "xyz"),
-    "revolute": ("xyz", "xy"),
-    "prismatic": ("xy", "xyz"),
-    "cylindrical": ("xy", "xy"),
-    "spherical": ("xyz", ""),
-    "universal": ("xyz", ""),
-    "planar": ("z", "xy"),
+    **{name: steps.constrained for name, steps in JOINT_TYPES.items() if steps.constrained},
     "point_on_line": ("xy", ""),
     "point_on_plane": ("z", ""),
 }

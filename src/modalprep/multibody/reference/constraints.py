@@ -16,7 +16,6 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     POINT,
     SLIP,
 )
-from modalprep.multibody.kernels.closed_loops.friction import MOST_ITERATIONS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
@@ -26,6 +25,7 @@ from modalprep.vectors import cross, skew
 
 DEPENDENT = 1e-9  # pivot of the Jacobian's QR, of the largest, below which a row depends on others
 SETTLED = 1e-13  # change of friction, of the largest multiplier
+FRICTION_STEPS = 500
 
 
 class DenseConstraints(NamedTuple):
@@ -154,7 +154,7 @@ def closed_accelerations(
     active = loops.active_rows
     frictional = np.array([row.kind == SLIP for row in loops.closing.rows])
     multiplier = np.zeros(len(rows.bias))
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(FRICTION_STEPS):
         before = multiplier.copy()
         udot, multiplier[active] = _saddle(
             M, f + rows.G[frictional].T @ multiplier[frictional], rows.G[active], rows.bias[active]
