@@ -48,7 +48,8 @@ def start_state(packed: Packed) -> np.ndarray:
         before[turns] += 1
         if kind.quaternion >= 0:
             q, w = x + kind.quaternion, u + kind.translations
-            y[x:q], y[u:w] = joint.position[: kind.quaternion], joint.velocity[: kind.translations]
+            y[x:q] = joint.position[: kind.quaternion]
+            y[u:w] = joint.velocity[: kind.translations]
             y[q : q + 4] = scipy.spatial.transform.Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
             y[w : w + 3] = joint.angular_velocity
     return y
