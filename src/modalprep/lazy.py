@@ -57,7 +57,7 @@ def _imported(package: str) -> dict[str, str]:
     for module in WHOLE.findall(source):
         file = module.removeprefix(f"{package}.").replace(".", "/")
         text = loader.get_data(f"{loader.path.removesuffix('__init__.py')}{file}.py").decode()
-        found |= dict.fromkeys(re.findall(r"\w+", LISTED.search(text)[1]), module)
+        found |= dict.fromkeys(re.findall(r"\w+", LISTED.findall(text)[0]), module)
     return found
 
 
