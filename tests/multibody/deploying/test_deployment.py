@@ -249,3 +249,15 @@ def test_stowed_mass_counts_at_the_exit():
     assert own.mass == pytest.approx(1.0 + m)
     np.testing.assert_allclose(own.first_moment, m * r)
     np.testing.assert_allclose(own.inertia, (m * (r @ r * np.eye(3) - np.outer(r, r)))[np.triu_indices(3)])
+
+
+def test_the_hinge_at_the_exit_by_differences():
+    """k = EI / (b0 + b1 x + b2 x^2), x beyond the innermost rod, and its rest angle; derivatives by the length."""
+    law = getattr(deployment._stiffness, "py_func", deployment._stiffness)
+    spring = SimpleNamespace(EI=30.0, bend=np.array([0.2, 0.7, 0.9]), fading_rest=0.05)
+    reel = SimpleNamespace(inner=2.0, rod_length=0.5)
+    k, rest, by_length, rest_by_length = law(spring, reel, 2.3)
+    assert k == pytest.approx(30.0 / (0.2 + 0.7 * 0.3 + 0.9 * 0.09))
+    assert rest == pytest.approx(0.05 * 0.2 / 0.5)
+    before, after = (np.array(law(spring, reel, 2.3 + h)[:2]) for h in (-1e-6, 1e-6))
+    np.testing.assert_allclose((after - before) / 2e-6, [by_length, rest_by_length], rtol=1e-7)
