@@ -1,12 +1,15 @@
 """Finite moves of joints against matrix exponentials."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.multibody.kernels.joints import move
+from modalprep.multibody.kernels.data import FREE
+from modalprep.multibody.kernels.joints import is_turn, move
 from modalprep.multibody.packing.tree import pack
 from modalprep.vectors import skew
 
@@ -27,3 +30,9 @@ def test_a_free_joint_moves_along_its_twist(angle):
     step = expm(np.block([[skew(d[3:]), d[:3, None]], [np.zeros((1, 4))]]))
     np.testing.assert_allclose(turned, before @ step[:3, :3], atol=1e-14)
     np.testing.assert_allclose(out[:3], y[:3] + before @ step[:3, 3], atol=1e-14)
+
+
+def test_the_last_three_speeds_of_a_free_joint_turn_it():
+    link = SimpleNamespace(joint=FREE, about=0.0, u=7)
+    turns = getattr(is_turn, "py_func", is_turn)
+    assert [turns(link, u) for u in range(7, 13)] == [False] * 3 + [True] * 3
