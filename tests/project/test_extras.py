@@ -74,7 +74,7 @@ def test_a_run_goes_on_without_pictures_and_says_so(folder, request, capsys):
     """Modes and motion of the other factorisation agree to the accuracy of the eigensolver and of the integration."""
     assert main(["run", "job.toml", "--output", "all", "-q"]) == 0
     request.getfixturevalue("lean")
-    request.getfixturevalue("monkeypatch").setattr(compute, "FELT", 1)
+    request.getfixturevalue("monkeypatch").setattr(compute, "LARGE", 1)
     capsys.readouterr()
     assert (
         main(["run", "job.toml", "--output", "lean", "--set", "output.pictures=kept", "--set", "output.film=gif"]) == 0

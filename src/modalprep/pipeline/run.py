@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.building.synthesis import Synthesised
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
+    from modalprep.pipeline.schema.analysis import SensitivitiesTable
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
 
@@ -70,7 +71,9 @@ def run_pipeline(
             painter.begin(built.body, built.file)
         exported = _exported(source, built, folder, reporter) if built else None
         responses = _responses(source, built, folder, reporter) if built and pipeline.response else ()
-        sensitivities = _sensitivities(source, folder, reporter) if pipeline.sensitivities else None
+        sensitivities = (
+            _sensitivities(source, pipeline.sensitivities, folder, reporter) if pipeline.sensitivities else None
+        )
         synthesised = _synthesised(source, output, reporter) if pipeline.synthesis else None
         system_drawn = _system_drawn(source, synthesised, folder, wanted, reporter) if synthesised else None
         analysed = _analysed(source, output, reporter) if pipeline.analysis else None
@@ -142,12 +145,12 @@ def _responses(source: Loaded, built: Built, folder: Path, reporter: Reporter) -
     return tuple(found)
 
 
-def _sensitivities(source: Loaded, folder: Path, reporter: Reporter) -> Sensitivities:
+def _sensitivities(source: Loaded, table: SensitivitiesTable, folder: Path, reporter: Reporter) -> Sensitivities:
     from modalprep.atomic import write_table
     from modalprep.pipeline.building.sensitivity import pipeline_sensitivities
     from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_table
 
-    found = pipeline_sensitivities(source)
+    found = pipeline_sensitivities(source, table)
     sensitivity_table(found, reporter.console)
     rows = found.rows()
     stem = f"{source.path.stem}-sensitivities"

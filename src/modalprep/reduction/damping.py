@@ -11,10 +11,10 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.reduction.synthesis import SynthesisedModes
-from modalprep.reduction.table import ModalBody
+from modalprep.reduction.table import AnyBody, ModalBody
 from modalprep.suggest import refuse_unknown
 
-Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below
+Ratio = float | Mapping[float, float] | np.ndarray
 METHODS = ("least_squares", "back_projection")
 ROUND_OFF = 1e-12  # of the terms of a Rayleigh constant
 OWN = 1e-9  # rad/s; below it a component coordinate has no frequency, and no damping
@@ -120,7 +120,7 @@ def rayleigh(frequency: tuple[float, float], ratio: tuple[float, float]) -> Rayl
     return Rayleigh(alpha=alpha, beta=beta)
 
 
-def damping_ratio(target: Ratio, frequency: np.ndarray) -> np.ndarray:
+def damping_ratio(target: Ratio | Rayleigh, frequency: np.ndarray) -> np.ndarray:
     """Return a damping ratio (n,) for every frequency (n,) in Hz.
 
     Parameters
@@ -158,7 +158,7 @@ def _checked(ratio: float | np.ndarray) -> np.ndarray:
     return ratio
 
 
-def modal_damping(body: ModalBody, target: Ratio) -> np.ndarray:
+def modal_damping(body: ModalBody, target: Ratio | Rayleigh) -> np.ndarray:
     """Return ``D = 2 zeta w`` (n,) of a body: ``body.with_(D=modal_damping(body, 0.01))``; Rayleigh's is `damping`.
 
     Returns
@@ -207,7 +207,7 @@ class ComponentDamping(Record):
     achieved: np.ndarray
     coupling: float
 
-    def applied(self, bodies: Mapping[str, ModalBody]) -> dict[str, ModalBody]:
+    def applied(self, bodies: Mapping[str, AnyBody]) -> dict[str, AnyBody]:
         """Return the bodies with this damping; of a full matrix they take the diagonal.
 
         Returns
@@ -243,7 +243,9 @@ def system_damping(modes: SynthesisedModes, damping: Mapping[str, np.ndarray] | 
 
 
 def component_damping(
-    modes: SynthesisedModes, target: Ratio, method: Literal["least_squares", "back_projection"] = "least_squares"
+    modes: SynthesisedModes,
+    target: Ratio | Rayleigh,
+    method: Literal["least_squares", "back_projection"] = "least_squares",
 ) -> ComponentDamping:
     """Return the damping of the components that gives the system its target damping.
 

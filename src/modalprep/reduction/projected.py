@@ -13,7 +13,7 @@ from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.dropped import projected_recovery
-from modalprep.reduction.table import PROJECTED, ModalBody, ModeTable
+from modalprep.reduction.table import PROJECTED, AnyBody, ModalBody, ModeTable
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
@@ -143,7 +143,7 @@ def projected_basis(
     )
 
 
-def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
+def reduced_body(body: AnyBody, projected: ProjectedBasis) -> AnyBody:
     """Return a FlexibleBody in the coordinates p of ``q = basis p``: with every array of a modal body.
 
     Its damping is the diagonal of ``basis^T diag(D) basis``. Its table lists the singular directions with their

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -203,3 +203,6 @@ class ModalBody(Protocol):
             The copy.
         """
         ...
+
+
+AnyBody = TypeVar("AnyBody", bound=ModalBody)

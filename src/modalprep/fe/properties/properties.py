@@ -22,6 +22,7 @@ BeamTheory = Literal["timoshenko", "euler-bernoulli"]
 Membrane = Literal["opt", "cst"]
 
 
+@dataclass(frozen=True, kw_only=True)
 class Property:
     """Base of all properties of mesh groups; `fe.families` registers the block that evaluates each."""
 

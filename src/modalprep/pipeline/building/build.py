@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from modalprep.verdicts.notes import warnings_of
 
 
 def build_body(path: str | Path | Loaded, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
-    """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``; parts may come from a cache.
+    """Build the body of a pipeline file and write ``<folder>/<name>.h5``; intermediate results may come from a cache.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def build_body(path: str | Path | Loaded, folder: Path, reporter: Reporter, cach
     AccuracyError
         When a physics check fails; nothing is written then.
     """
-    from modalprep.pipeline.building.compute import compute_body  # what computes is not imported where a body is read
+    from modalprep.pipeline.building.compute import compute_body  # imported here, as reading a body does not need it
 
     source = _with_body(load(path))
     file = folder / f"{source.path.stem}.h5"
@@ -54,13 +54,13 @@ def _cached(source: Loaded, file: Path, reporter: Reporter, cache: Cache) -> Bui
     from modalprep.pipeline.building.compute import compute_body
 
     with naming(source.path):
-        given = inputs(source)
-        key = body_key(cache, source.body_name, given)
-    found = recall_body(cache, key, file, given)
-    if found is not None:
+        provenance = inputs(source)
+        key = body_key(cache, source.body_name, provenance)
+    cached = recall_body(cache, key, file, provenance)
+    if cached is not None:
         reporter.say(f"{source.path.name}: modal body from the cache")
         reporter.wrote(file)
-        return found
+        return cached
     start = time.perf_counter()
     built = compute_body(source, file, reporter, cache)
     store_body(cache, key, built, time.perf_counter() - start)
@@ -68,9 +68,9 @@ def _cached(source: Loaded, file: Path, reporter: Reporter, cache: Cache) -> Bui
 
 
 def made_bodies(source: Loaded, output: Path | None) -> list[Path]:
-    """Return the modal files that a pipeline file and the pipelines of its bodies make."""
-    made = [file.path for file in source.files if file.pipeline.has_body]
-    return [output_folder(file, output) / f"{file.stem}.h5" for file in made]
+    """Return the modal files that a pipeline file and the pipelines of its bodies write."""
+    paths = [file.path for file in source.files if file.pipeline.has_body]
+    return [output_folder(path, output) / f"{path.stem}.h5" for path in paths]
 
 
 def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> FlexibleBody:
@@ -79,8 +79,7 @@ def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> Fle
     file = folder / f"{source.path.stem}.h5"
     with suppress(InputError):
         body = read_body(file)
-        wanted = inputs(source)
-        if wanted.items() <= body.provenance.items():
+        if inputs(source).items() <= body.provenance.items():
             return body
     built = build_body(source, folder, reporter)
     for note in warnings_of(built.notes):
@@ -89,9 +88,9 @@ def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> Fle
 
 
 def stand_in(source: Loaded) -> FlexibleBody:
-    """Return a body with the interfaces of that of a pipeline file, by which names are checked early.
+    """Return a rigid body with the interfaces of the body of a pipeline file, to check names before it is computed.
 
-    It is rigid, unless the body need not be computed.
+    A body that a file supplies is read instead.
     """
     pipeline = _with_body(source).pipeline
     if pipeline.body is not None:
@@ -113,15 +112,15 @@ def read_bodies(source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> dict
     Parameters
     ----------
     build : callable
-        Makes the body of a pipeline file.
+        Returns the body of a pipeline file.
     """
-    made: dict[object, FlexibleBody] = {}  # by pipeline file, else by table, which the segments of a chain share
+    by_origin: dict[object, FlexibleBody] = {}  # by pipeline file, else by table, which the segments of a chain share
     bodies = {}
     for name, table in source.pipeline.bodies.items():
         origin = table.pipeline or id(table)
-        if origin not in made:
-            made[origin] = _body(name, table, source, build)
-        bodies[name] = made[origin]
+        if origin not in by_origin:
+            by_origin[origin] = _body(name, table, source, build)
+        bodies[name] = by_origin[origin]
     if source.pipeline.has_body:
         name = source.body_name
         if name in bodies:
@@ -134,20 +133,20 @@ def read_bodies(source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> dict
 
 def _body(name: str, table: BodyTable, source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> FlexibleBody:
     if table.mass is not None:
-        return read_rigid(name, table, table.interfaces)
+        return read_rigid(name, table.mass, table, table.interfaces)
     if table.file is not None:
         return read_supplied(source.path, table)
     return build(source.of_body(str(table.pipeline)))
 
 
-def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, Vector]) -> FlexibleBody:
-    """Return the rigid body of a table, with its interfaces at these positions (m).
+def read_rigid(name: str, mass: float, table: BodyTable | LevelTable, interfaces: Mapping[str, Vector]) -> FlexibleBody:
+    """Return the rigid body of a mass (kg), with the centre and the inertia of a table and interfaces (m).
 
     Examples
     --------
-    >>> read_rigid("hub", BodyTable(mass=2.0), {"root": [0.0, 0.0, 0.0]}).m
+    >>> read_rigid("hub", 2.0, BodyTable(mass=2.0), {"root": [0.0, 0.0, 0.0]}).m
     2.0
     """
-    positions = {key: np.array(x) for key, x in interfaces.items()}
-    inertia = inertia_tensor(table.inertia)
-    return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=positions)
+    return rigid_body(
+        name, mass=mass, centre=table.centre, inertia=inertia_tensor(table.inertia), interfaces=interfaces
+    )

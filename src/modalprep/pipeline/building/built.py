@@ -36,7 +36,7 @@ NO_TABLES = Tables()
 
 @dataclass(frozen=True)
 class Built:
-    """A modal body with its file, checks, and what was measured and tabled where it was."""
+    """A modal body with its file, its checks, and, where computed, its error, its tables and convergence."""
 
     body: FlexibleBody
     file: Path
@@ -47,7 +47,7 @@ class Built:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know of the body."""
+        """Notes on the validity of the body."""
         return self.body.notes
 
     @property
@@ -55,14 +55,14 @@ class Built:
         """Curves of the relative errors over frequency (Hz) for the report; empty if not measured."""
         if self.error is None:
             return {}
-        found = {"frequencies": (self.error.full, self.error.frequency)}
+        curves = {"frequencies": (self.error.full, self.error.frequency)}
         if len(self.error.sweep):
-            found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
+            curves["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
         pairs = zip(self.error.recoveries, self.error.recovery, strict=True)
         above = self.error.recovery_at > 0
-        at = self.error.recovery_at[above]
-        found |= {f"recovery {name}": (at, np.maximum(values[above], ROUND_OFF)) for name, values in pairs}
-        return {label: curve for label, curve in found.items() if len(curve[0])}  # none below the first mode
+        f = self.error.recovery_at[above]
+        curves |= {f"recovery {name}": (f, np.maximum(values[above], ROUND_OFF)) for name, values in pairs}
+        return {label: curve for label, curve in curves.items() if len(curve[0])}  # empty below the first mode
 
 
 def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
@@ -73,8 +73,8 @@ def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
 def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
     """Store a body with its computing time: modal file, checks and error."""
     tables = [[asdict(table) for table in part] for part in built.tables]
-    said = json.dumps({"checks": [asdict(check) for check in built.checks], "tables": tables})
-    arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "said": np.array(said)}
+    report = json.dumps({"checks": [asdict(check) for check in built.checks], "tables": tables})
+    arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "report": np.array(report)}
     for kind, record in (("error", built.error), ("convergence", built.convergence)):
         if record is not None:
             arrays |= {f"{kind}_{f.name}": np.asarray(getattr(record, f.name)) for f in fields(record)}
@@ -88,23 +88,24 @@ def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) 
     from modalprep.reduction.error import ReductionError
     from modalprep.reduction.recoveries.convergence import Convergence
 
-    found = cache.read(key)
-    if found is None:
+    entry = cache.read(key)
+    if entry is None:
         return None
     with atomic_path(file) as temporary:
-        temporary.write_bytes(found["modal_file"].tobytes())
+        temporary.write_bytes(entry["modal_file"].tobytes())
     body = read_body(file)
     body = body.with_(provenance=body.provenance | provenance)
     write_body(body, file)
-    cache.took(found)
-    said = json.loads(str(found["said"]))
-    tables = Tables(*([Table(**table) for table in part] for part in said["tables"]))
-    measured = _record(ReductionError, "error", found), tables, _record(Convergence, "convergence", found)
-    return Built(body, file, [Check(**check) for check in said["checks"]], *measured)
+    cache.count_use(entry)
+    report = json.loads(str(entry["report"]))
+    checks = [Check(**check) for check in report["checks"]]
+    tables = Tables(*([Table(**table) for table in part] for part in report["tables"]))
+    error = _record(ReductionError, "error", entry)
+    return Built(body, file, checks, error, tables, _record(Convergence, "convergence", entry))
 
 
-def _record(of: type, kind: str, found: dict[str, np.ndarray]) -> Any:
+def _record(record: type, kind: str, entry: dict[str, np.ndarray]) -> Any:
     """Return a record of numbers and names from the arrays of a cache entry; None where it has none."""
-    values = {name.removeprefix(f"{kind}_"): array for name, array in found.items() if name.startswith(f"{kind}_")}
+    values = {name.removeprefix(f"{kind}_"): array for name, array in entry.items() if name.startswith(f"{kind}_")}
     plain = {name: tuple(array.tolist()) for name, array in values.items() if name in ("recoveries", "methods")}
-    return of(**values | plain | {"up_to": float(values["up_to"])}) if values else None
+    return record(**values | plain | {"up_to": float(values["up_to"])}) if values else None

@@ -10,8 +10,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from io import BufferedIOBase
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +22,10 @@ from modalprep.program import program
 
 MAGIC = b"modalprep cache 1\n"
 LIMIT = 5.0  # GiB
-KEPT = 0.95  # of the limit, when the oldest entries go
-MOST = 100_000  # records of sizes, until the folder is listed anyway
+KEPT = 0.95  # share of the limit to which the folder is reduced, when the least recently used entries are removed
+MOST_RECORDS = 100_000  # of sizes, after which the folder is listed anyway
 RECORD = "<i8"  # bytes
-SECONDS = "seconds"  # computing time, stored with the entry
+SECONDS = "seconds"  # name of the computing time that is stored with the entry
 
 
 @dataclass
@@ -46,9 +47,9 @@ class Cache:
 
     Several processes may use one folder. An entry with a wrong checksum is removed and counts as missing; the
     least recently used entries are removed before the folder would exceed `limit`. The file ``sizes`` has the size of
-    the folder when it was last listed, and that of each entry since, so that no other write lists it. The limit may be
-    passed by what several processes are writing, one entry each, and until the next listing by the entries that others
-    finish in the moment in which this file is replaced.
+    the folder when it was last listed, and that of each entry written since, so that a write need not list the folder.
+    The folder may exceed the limit by the entries that several processes are writing, one each, and, until the next
+    listing, by those that are finished while ``sizes`` is replaced.
 
     Attributes
     ----------
@@ -63,8 +64,8 @@ class Cache:
     >>> cache = Cache(Path(tempfile.mkdtemp()))
     >>> key = cache.key("square", np.arange(3.0))
     >>> for _ in range(2):
-    ...     found = cache.recall(key, lambda: {"y": np.arange(3.0) ** 2})
-    >>> found["y"], cache.use.found, cache.use.computed
+    ...     entry = cache.recall(key, lambda: {"y": np.arange(3.0) ** 2})
+    >>> entry["y"], cache.use.found, cache.use.computed
     (array([0., 1., 4.]), 1, 1)
     """
 
@@ -84,50 +85,51 @@ class Cache:
         self,
         key: str,
         compute: Callable[[], Mapping[str, np.ndarray]],
-        enough: Callable[[Mapping[str, np.ndarray]], bool] = lambda found: True,
+        sufficient: Callable[[Mapping[str, np.ndarray]], bool] = lambda entry: True,
     ) -> Mapping[str, np.ndarray]:
-        """Return the arrays of an entry if `enough` accepts it, else compute and store them."""
-        found = self.read(key)
-        if found is not None and enough(found):
-            self.took(found)
-            return found
+        """Return the arrays of an entry if they are `sufficient`, else compute and store them."""
+        entry = self.read(key)
+        if entry is not None and sufficient(entry):
+            self.count_use(entry)
+            return entry
         start = time.perf_counter()
         arrays = compute()
         self.use.computed += 1
         self.write(key, arrays, time.perf_counter() - start)
         return arrays
 
-    def took(self, found: Mapping[str, np.ndarray]) -> None:
-        """Count a used entry."""
+    def count_use(self, entry: Mapping[str, np.ndarray]) -> None:
+        """Count a used entry, and its computing time as saved."""
         self.use.found += 1
-        self.use.saved_seconds += float(found[SECONDS])
+        self.use.saved_seconds += float(entry[SECONDS])
 
     def read(self, key: str) -> dict[str, np.ndarray] | None:
         """Return the arrays of an entry; None where it is missing or damaged, which removes it."""
         path = self._path(key)
         try:
             with path.open("rb") as file:
-                whole = file.read(len(MAGIC)) == MAGIC and file.read(64) == _checksum(key, file)
+                intact = file.read(len(MAGIC)) == MAGIC and file.read(64) == _checksum(key, file)
                 file.seek(len(MAGIC) + 64)
-                found = dict(np.load(file, allow_pickle=False)) if whole else None
+                entry = dict(np.load(file, allow_pickle=False)) if intact else None
         except FileNotFoundError:
             return None
         except (OSError, ValueError):
-            found = None
+            entry = None
         with suppress(OSError):  # another process may have removed it
-            path.unlink() if found is None else os.utime(path)
-        return found
+            path.unlink() if entry is None else os.utime(path)
+        return entry
 
     def write(self, key: str, arrays: Mapping[str, np.ndarray], seconds: float) -> None:
         """Store arrays with their computing time; on a full disk nothing is stored."""
         size = sum(array.nbytes for array in arrays.values())
         if size > self.limit:
             return
+        entries: dict[str, Any] = {**arrays, SECONDS: np.float64(seconds)}
         path = self._path(key)
         with suppress(OutputError), atomic_path(path, beside=self._new / path.name) as temporary:
             with temporary.open("w+b") as file:
                 file.write(MAGIC + b" " * 64)
-                np.savez(file, **arrays, **{SECONDS: np.float64(seconds)})
+                np.savez(file, **entries)
                 file.seek(len(MAGIC) + 64)
                 checksum = _checksum(key, file)
                 file.seek(len(MAGIC))
@@ -146,25 +148,25 @@ class Cache:
         return self.folder / "sizes"
 
     def _make_room(self, entry: Path) -> None:
-        """Record the size of an entry that is not yet in its place; list the folder where that may be too much.
+        """Record the size of an entry that is about to be stored; list the folder where it may exceed the limit.
 
-        Of two processes that record at once, the second sees both.
+        Of two processes that record at the same time, the second reads both sizes.
         """
         if len(self._recorded()):
             with self._sizes.open("ab") as file:
                 file.write(np.array(entry.stat().st_size, dtype=RECORD).tobytes())
         recorded = self._recorded()
-        if not 0 < len(recorded) < MOST or recorded.sum() > self.limit:
+        if not 0 < len(recorded) < MOST_RECORDS or recorded.sum() > self.limit:
             self._prune(entry)
 
     def _recorded(self) -> np.ndarray:
-        """Return the size of the folder when it was last listed, and of each entry since; nothing if that is lost."""
+        """Return the size of the folder when it was last listed, and of each entry since; empty if damaged."""
         raw = self._sizes.read_bytes() if self._sizes.is_file() else b""
-        whole = len(raw) % 8 == 0 and int.from_bytes(raw[:8], "little") > 0
-        return np.frombuffer(raw if whole else b"", dtype=RECORD)
+        intact = len(raw) % 8 == 0 and int.from_bytes(raw[:8], "little") > 0
+        return np.frombuffer(raw if intact else b"", dtype=RECORD)
 
     def _prune(self, entry: Path) -> None:
-        """List the folder; remove what was not used for longest, also files of interrupted writers, not the entry."""
+        """List the folder; remove the least recently used files, those of interrupted writers included, but `entry`."""
         before = self._recorded()
         files = [*_files(self._new), *_files(self.folder)]
         total = sum(size for _, size, _ in files)
@@ -185,15 +187,15 @@ class Cache:
 
 def _files(folder: Path) -> Iterator[tuple[float, int, str]]:
     """Yield when each file of a folder was used, its size and its path."""
-    with suppress(OSError), os.scandir(folder) as entries:  # it cannot be listed
+    with suppress(OSError), os.scandir(folder) as entries:  # a folder that cannot be listed has no files
         for entry in entries:
             with suppress(OSError):
-                found = entry.stat()
-                if stat.S_ISREG(found.st_mode):
-                    yield found.st_mtime, found.st_size, entry.path
+                status = entry.stat()
+                if stat.S_ISREG(status.st_mode):
+                    yield status.st_mtime, status.st_size, entry.path
 
 
-def _checksum(key: str, file: BinaryIO) -> bytes:
+def _checksum(key: str, file: BufferedIOBase) -> bytes:
     """Return the hash (64 characters) of the rest of an open file and its key, which detects renamed entries too."""
     return hashlib.file_digest(file, lambda: hashlib.sha256(key.encode())).hexdigest().encode()
 

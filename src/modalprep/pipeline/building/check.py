@@ -23,7 +23,7 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
     """Check a modal file; for a pipeline file build its body again and check it against the mesh as well.
 
     Nothing is written. With `energy` the geometric stiffness is also compared with the nonlinear strain energy; with
-    `speed` (rad/s) the report has an estimate of the error that the rebuilt terms of a supplied body make.
+    `speed` (rad/s) the report has an estimate of the error due to the rebuilt terms of a supplied body.
 
     Raises
     ------
@@ -61,8 +61,8 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
         recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, _ = reduce_model(pipeline, mesh, model, recovery=recovery)
         done(2, "modal body")
-        taken = pipeline.reduction.second_order_mass
-        body = flexible_body(model, reduction, name=source.body_name, second_order_mass=taken)
+        second_order_mass = pipeline.reduction.second_order_mass
+        body = flexible_body(model, reduction, name=source.body_name, second_order_mass=second_order_mass)
         done(3, "checks")
         checks = (*check_model(model), *check_body(body), *check_projection(model, reduction, body))
         checks = (*checks, *(check_buckling(model, body) if body.has_geometric_stiffness else ()))
@@ -72,10 +72,10 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
 
 
 def _report(subject: str, body: FlexibleBody, speed: float | None) -> CheckReport:
-    """Return the checks of a body alone, and what is known of one that was supplied."""
-    said = knowledge(body)
+    """Return the checks of a body alone, with notes on the terms of one that was supplied."""
+    notes = knowledge(body)
     checks = check_body(body)
-    if speed is not None and not said:
-        said = ("nothing of this body is rebuilt, so that --speed has nothing to estimate",)
+    if speed is not None and not notes:
+        notes = ("nothing of this body is rebuilt, so that --speed has nothing to estimate",)
     checks += [] if speed is None else check_spin(body, speed)
-    return CheckReport(subject=subject, checks=tuple(checks), notes=said)
+    return CheckReport(subject=subject, checks=tuple(checks), notes=notes)

@@ -17,30 +17,31 @@ from modalprep.pipeline.building.described import model_tables
 from modalprep.pipeline.building.energies import energy_tables
 from modalprep.pipeline.building.inputs import inputs
 from modalprep.pipeline.building.model import checked_model, pipeline_recovery, pipeline_stress, read_pipeline_mesh
-from modalprep.pipeline.building.reduce import asked_loads, implausible_ratios, reduce_model, target_damping
+from modalprep.pipeline.building.reduce import implausible_ratios, reduce_model, response_loads, target_damping
 from modalprep.pipeline.building.stages import caching_algebra
 from modalprep.pipeline.building.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
+from modalprep.pipeline.schema.reduction import SuppliedTable
 from modalprep.reduction.basis import held_mass
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.recoveries.convergence import recovery_convergence
 
-FELT = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)
+LARGE = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)
 
 
 def compute_body(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
-    """Return the body of a pipeline file and write it; parts may come from a cache.
+    """Return the body of a pipeline file and write it; intermediate results may come from a cache.
 
     Raises
     ------
     AccuracyError
         When a physics check fails; nothing is written then.
     """
-    make = _supplied if source.pipeline.body else _reduced
-    made = make(source, file, reporter, cache)
-    failed = [check for check in made.checks if not check.passed]
+    table = source.pipeline.body
+    built = _reduced(source, file, reporter, cache) if table is None else _supplied(source, table, file, reporter)
+    failed = [check for check in built.checks if not check.passed]
     if failed:
         first = failed[0]
         advice = (
@@ -49,10 +50,10 @@ def compute_body(source: Loaded, file: Path, reporter: Reporter, cache: Cache | 
         )
         raise AccuracyError(
             f"{source.path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
-            + ("ask for a file with more digits" if source.pipeline.body else advice)
+            + (advice if table is None else "ask for a file with more digits")
         )
-    reporter.wrote(write_body(made.body, file))
-    return made
+    reporter.wrote(write_body(built.body, file))
+    return built
 
 
 def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
@@ -67,8 +68,15 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
         recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache), recovery)
         done(4, "modal body")
-        wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
-        body = flexible_body(model, reduction, name=source.body_name, **wanted, provenance=inputs(source))
+        body = flexible_body(
+            model,
+            reduction,
+            name=source.body_name,
+            stress=stress,
+            recovery=recovery,
+            second_order_mass=pipeline.reduction.second_order_mass,
+            provenance=inputs(source),
+        )
         damping = target_damping(pipeline.reduction.damping)
         body = body.with_(D=modal_damping(body, damping), modes=body.modes.with_(held=held_mass(model)))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
@@ -77,19 +85,20 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
     for text in _slower(model.K.shape[0]):
         reporter.note(text)
     body = body.with_(notes=(*body.notes, *missing_mass(body), *implausible_ratios(damping)))
-    followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, asked_loads(source, body))
-    return Built(body, file, checks, error, tables, followed)
+    loads = response_loads(source, body)
+    convergence = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, loads)
+    return Built(body, file, checks, error, tables, convergence)
 
 
 def _slower(unknowns: int) -> list[str]:
-    """Return a note of the factorisation where another one would be felt to be quicker."""
-    why = "" if unknowns < FELT else missing("pypardiso", f"SuperLU factorised {unknowns} unknowns; PARDISO, quicker,")
+    """Return a note where another factorisation would be quicker by seconds."""
+    why = "" if unknowns < LARGE else missing("pypardiso", f"SuperLU factorised {unknowns} unknowns; PARDISO, quicker,")
     return [why] if why else []
 
 
-def _supplied(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
-    """Return the body that a file holds, reduced already."""
-    path, table = source.path, source.pipeline.body
+def _supplied(source: Loaded, table: SuppliedTable, file: Path, reporter: Reporter) -> Built:
+    """Return the body of a file that is reduced already."""
+    path = source.path
     with naming(path), reporter.progress(f"{path.name}: {table.file} to modal body", 1) as done:
         body = read_supplied(path, table)
         body = body.with_(name=source.body_name, provenance=body.provenance | inputs(source))

@@ -1,4 +1,4 @@
-"""What a body is made of, in tables for its page: units, materials, sections, masses, elements, links, interfaces."""
+"""Tables of the model of a body for its page: units, materials, sections, masses, elements, links, interfaces."""
 
 from __future__ import annotations
 
@@ -41,23 +41,23 @@ UNITS = {
 }
 FACTORS = {"mm": 1e3, "mm²": 1e6, "mm⁴": 1e12}
 NSM = {Beam: "kg/m", Truss: "kg/m", Shell: "kg/m²"}
-HIDDEN = ("material", "plies", "bending_material", "shear_material", "fibres", "taper")  # said otherwise
+HIDDEN = ("material", "plies", "bending_material", "shear_material", "fibres", "taper")  # written in another form
 
 
 def body_inputs(source: Loaded, built: Built) -> Inputs:
-    """Return what the page of the body of a pipeline file says of its inputs and of the program that made it."""
-    found = page_inputs(source, {f"{built.file.name}, of its contents": stated_checksum(built.file)})
-    return replace(found, tables=built.tables.model, energies=built.tables.energies)
+    """Return inputs, program and tables for the page of the body of a pipeline file."""
+    given = page_inputs(source, {f"{built.file.name}, of its contents": stated_checksum(built.file)})
+    return replace(given, tables=built.tables.model, energies=built.tables.energies)
 
 
 def model_tables(pipeline: Pipeline, mesh: Mesh, model: FEModel, quality: Quality | None) -> list[Table]:
-    """Return the tables of a model; one from bare matrices has units and interfaces only."""
+    """Return the tables of a model; those of matrices have neither materials, properties, masses nor elements."""
     tables = [_units(pipeline, mesh, model)]
     if model.groups is not None:
         sections = {**mesh.properties, **pipeline_sections(pipeline)}
         sections = {name: sections[name] for name in model.groups.names}
-        named = _materials(pipeline, sections)
-        tables += [material_table(named), section_table(sections, named), mass_table(model, sections)]
+        materials = _materials(pipeline, sections)
+        tables += [material_table(materials), section_table(sections, materials), mass_table(model, sections)]
         tables += [quality_table(quality)] if quality else []
         tables += _links(pipeline, mesh)
     return [*tables, _interfaces(pipeline, model), *_supports(pipeline), rigid_table(model)]
@@ -65,6 +65,7 @@ def model_tables(pipeline: Pipeline, mesh: Mesh, model: FEModel, quality: Qualit
 
 def _units(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Table:
     table = pipeline.mesh or pipeline.matrices
+    assert table is not None  # one of them is the source of the model
     rows = [
         ("file", mesh.source),
         ("length unit of the file", f"{table.length_unit} = {mesh.scale:g} m"),
@@ -80,7 +81,7 @@ def _units(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Table:
 
 
 def _nodes(mesh: Mesh, model: FEModel) -> str:
-    """Say how many nodes the model has, how many of them are added to those of the file, and how many have no DOF."""
+    """Return the number of nodes, of those that connections add to the mesh, and of those without DOFs."""
     count = len(model.points)
     added = len(model.points) - len(mesh.points)
     bare = int(np.count_nonzero(np.all(model.dof[:count] < 0, axis=1)))
@@ -92,15 +93,16 @@ def _nodes(mesh: Mesh, model: FEModel) -> str:
 def _materials(pipeline: Pipeline, sections: Mapping[str, Property]) -> dict[str, Any]:
     """Return the materials of sections by the names of the pipeline file; those of a deck are numbered."""
     given = {name: table.build() for name, table in pipeline.materials.items()}
-    found: dict[str, Any] = {}
-    for material in (material for section in sections.values() for material in _of(section)):
-        if material not in found.values():
-            name = next((name for name, known in given.items() if known == material and name not in found), None)
-            found[name or f"of the deck, {1 + sum(key.startswith('of the deck') for key in found)}"] = material
-    return found
+    materials: dict[str, Any] = {}
+    for material in (material for section in sections.values() for material in _materials_of(section)):
+        if material not in materials.values():
+            name = next((name for name, known in given.items() if known == material and name not in materials), None)
+            number = 1 + sum(key.startswith("of the deck") for key in materials)
+            materials[name or f"of the deck, {number}"] = material
+    return materials
 
 
-def _of(section: Property) -> list[Any]:
+def _materials_of(section: Property) -> list[Any]:
     names = ("material", "bending_material", "shear_material")
     own = [getattr(section, name, None) for name in names] + [ply.material for ply in getattr(section, "plies", ())]
     return [material for material in own if material is not None]
@@ -146,7 +148,7 @@ def section_table(sections: Mapping[str, Property], materials: Mapping[str, Any]
     """
     rows = []
     for group, section in sections.items():
-        used = [next(name for name, known in materials.items() if known == own) for own in _of(section)]
+        used = [next(name for name, known in materials.items() if known == own) for own in _materials_of(section)]
         rows.append((group, _family(section), ", ".join(dict.fromkeys(used)), _dimensions(section)))
     return Table(name="properties", columns=("group", "type", "material", "dimensions"), rows=rows)
 
@@ -156,26 +158,26 @@ def _family(section: Property) -> str:
 
 
 def _dimensions(section: Property) -> str:
-    """Return what of a section is not a default, with units."""
-    said = []
-    if getattr(section, "plies", ()):
-        whole = _number(sum(ply.thickness for ply in section.plies), 1e3)
-        said.append(f"{len(section.plies)} plies, {whole} mm: {_stack(section)}")
+    """Return the dimensions of a section that are not defaults, with units."""
+    parts = []
+    if isinstance(section, Shell) and section.plies:
+        thickness = _number(sum(ply.thickness for ply in section.plies), 1e3)
+        parts.append(f"{len(section.plies)} plies, {thickness} mm: {_stack(section)}")
     for field in fields(section):
         value = getattr(section, field.name)
         if field.name not in HIDDEN and value != field.default and value is not None:
             unit = NSM.get(type(section), "") if field.name == "nsm" else UNITS.get(field.name, "")
-            said.append(f"{field.name} {_number(value, FACTORS.get(unit, 1.0))} {unit}".strip())
-    if getattr(section, "taper", ()):
-        said.append(f"tapered, {len(section.taper)} sections")
-    return ", ".join(said)
+            parts.append(f"{field.name} {_number(value, FACTORS.get(unit, 1.0))} {unit}".strip())
+    if isinstance(section, Beam) and section.taper:
+        parts.append(f"tapered, {len(section.taper)} sections")
+    return ", ".join(parts)
 
 
 def _stack(section: Shell) -> str:
-    def one(ply: Ply) -> str:
+    def text(ply: Ply) -> str:
         return f"{_number(ply.thickness, 1e3)} mm" + (f" at {np.degrees(ply.angle):g}°" if ply.angle else "")
 
-    return " / ".join(map(one, section.plies))
+    return " / ".join(map(text, section.plies))
 
 
 def _number(value: Any, factor: float = 1.0) -> str:
@@ -195,6 +197,8 @@ def mass_table(model: FEModel, sections: Mapping[str, Property]) -> Table:
     [('beam', 'beam', '4 line', 0.004, 12.0, 100.0)]
     """
     groups = model.groups
+    assert groups is not None  # the model is assembled from elements
+    assert model.strain_energy is not None
     R = model.rigid_body()[:, :3]
     volume = groups.summed({kind: v[:, None] for kind, v in model.strain_energy.volume().items()})[:, 0]
     rows = []
@@ -202,9 +206,7 @@ def mass_table(model: FEModel, sections: Mapping[str, Property]) -> Table:
     for name, size in zip(groups.names, volume.tolist(), strict=True):
         count = ", ".join(f"{number} {kind}" for kind, number in groups.count(name).items())
         mass = groups.mass(name)
-        rows.append(
-            (name, _family(sections[name]), count, size, mass, 100 * mass / model.rigid.m if model.rigid.m else 0.0)
-        )
+        rows.append((name, _family(sections[name]), count, size, mass, percent * mass))
     total = sum(row[4] for row in rows)
     assembled = float(R[:, 0] @ (model.M @ R[:, 0]))
     return Table(
@@ -271,8 +273,8 @@ def _interfaces(pipeline: Pipeline, model: FEModel) -> Table:
 def _supports(pipeline: Pipeline) -> list[Table]:
     rows = []
     for name, table in pipeline.supports.items():
-        said = {key: value for key, value in table.model_dump(exclude_none=True).items() if key != "components"}
-        where = ", ".join(f"{key} {value}" for key, value in said.items())
+        nodes = table.model_dump(exclude_none=True, exclude={"components"})
+        where = ", ".join(f"{key} {value}" for key, value in nodes.items())
         rows.append((name, where, table.components or "all that the nodes have"))
     return [Table(name="supports", columns=("support", "nodes", "components"), rows=rows)] if rows else []
 
@@ -299,5 +301,5 @@ def rigid_table(model: FEModel) -> Table:
         rows=[(k, float(f)) for k, f in enumerate(np.sqrt(w2) / (2 * np.pi), start=1)],
         forms={"Hz": ".1e"},
         caption="The free model (free-free check): frequencies of its six rigid motions by their Rayleigh quotients "
-        "for masses of 1; they are round-off unless something holds the model.",
+        "for masses of 1; they are round-off unless the model is supported.",
     )

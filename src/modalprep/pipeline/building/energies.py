@@ -11,15 +11,15 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.reduction.basis import Reduction
 from modalprep.report.body_page.table import Table
 
-MOST = 16  # groups with a column of their own; the others are summed up
+MOST_GROUPS = 16  # with a column of their own; the others are summed
 OTHERS = "others"
 
 
 def energy_tables(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Table]:
     """Return the shares of the groups in the strain and the kinetic energy of each mode, %; none without groups.
 
-    Each share is that of ``K / 2`` or of ``(2 pi f)^2 / 2`` times the modal mass, so that the sums show the error of
-    both. Modes of 0 Hz have no strain energy.
+    Each share is relative to ``K / 2`` or to ``(2 pi f)^2 / 2`` times the modal mass, so that sums other than 100 %
+    show the error of either energy. Modes of 0 Hz have no strain energy.
 
     Examples
     --------
@@ -55,9 +55,10 @@ def _table(name: str, groups: Sequence[str], share: np.ndarray, frequency: np.nd
 
 def _largest(groups: Sequence[str], share: np.ndarray) -> tuple[list[str], np.ndarray]:
     """Return the groups with the largest shares in their order, and the sum of the others."""
-    if len(groups) <= MOST:
+    if len(groups) <= MOST_GROUPS:
         return list(groups), share
     order = np.argsort(-np.nan_to_num(share).max(axis=1), kind="stable")
-    kept = np.sort(order[: MOST - 1])
-    rest = order[MOST - 1 :]
-    return [*(groups[k] for k in kept), OTHERS], np.vstack([share[kept], share[rest].sum(axis=0)])
+    largest = np.sort(order[: MOST_GROUPS - 1])
+    others = order[MOST_GROUPS - 1 :]
+    names = [name for k, name in enumerate(groups) if k in largest]
+    return [*names, OTHERS], np.vstack([share[largest], share[others].sum(axis=0)])

@@ -21,6 +21,7 @@ from modalprep.fe.readers.read import read_mesh
 from modalprep.fe.recovery.recover import ModelRecovery, Recover, model_recovery
 from modalprep.pipeline.building.inputs import matrix_files
 from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.fe import InterfaceTable, NodeSetTable, StressTable
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 
@@ -29,7 +30,9 @@ def read_pipeline_mesh(source: Loaded) -> Mesh:
     """Read the mesh, or the nodes with their matrices, that a pipeline file names."""
     pipeline, table = source.pipeline, source.pipeline.mesh
     if pipeline.matrices is not None:
-        return read_matrices(**pipeline.matrices.model_dump() | matrix_files(source))
+        given: dict[str, Any] = pipeline.matrices.model_dump()
+        given |= matrix_files(pipeline.matrices, source.folder)
+        return read_matrices(**given)
     if pipeline.body is not None:
         raise InputError(f"{source.path}: [body] is reduced already and has no mesh; give a file with [mesh]")
     if table is None:
@@ -50,7 +53,7 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
 
 
 def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | None]:
-    """Check the mesh and assemble it with the file's properties, connections and interfaces; or take its matrices.
+    """Assemble and check the mesh with the file's properties, connections and interfaces; or return that of matrices.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | No
     Raises
     ------
     InputError
-        When a table names what is not there, or the mesh has errors.
+        When a table names something unknown, or the mesh has errors.
     """
     sections = pipeline_sections(pipeline)
     interfaces, connections = pipeline_node_sets(pipeline, mesh)
@@ -68,6 +71,7 @@ def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | No
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
     supports = pipeline_supports(pipeline, mesh)
+    assert pipeline.mesh is not None  # the mesh is not of [matrices]
     model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, supports, pipeline.mesh.mass)
     quality = mesh_quality(mesh, sections, interfaces, connections, supports)
     return model.with_(notes=(*model.notes, *_defects(quality))), quality
@@ -107,14 +111,14 @@ def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interf
 
 def pipeline_supports(pipeline: Pipeline, mesh: Mesh) -> dict[str, Support]:
     """Return the supports of the file, in m."""
-    found = {}
+    supports = {}
     for name, table in pipeline.supports.items():
         with naming(f"[supports.{name}]"):
             given = node_set(table, mesh.scale)
             if "axes" in given:
                 given["axes"] = tuple(map(tuple, given["axes"]))
-            found[name] = Support(**given)
-    return found
+            supports[name] = Support(**given)
+    return supports
 
 
 def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:
@@ -127,10 +131,7 @@ def pipeline_stress(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> StressRec
     """Return the stress recovery of the file's [stress]; None without any."""
     if not pipeline.stress:
         return None
-    points = {
-        name: StressPoint(**node_set(table, mesh.scale) | {"fibres": tuple(map(tuple, table.fibres))})
-        for name, table in pipeline.stress.items()
-    }
+    points = {name: _stress_point(table, mesh.scale) for name, table in pipeline.stress.items()}
     with naming("[stress]"):
         return stress_recovery(model, connected_mesh(pipeline, mesh, model), points)
 
@@ -139,12 +140,12 @@ def pipeline_recovery(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> ModelRe
     """Return the recoveries of the file's [recovery]; None without any."""
     if not pipeline.recovery:
         return None
-    wanted = {}
+    recoveries = {}
     for name, table in pipeline.recovery.items():
         with naming(f"[recovery.{name}]"):
-            wanted[name] = Recover(**node_set(table, mesh.scale))
+            recoveries[name] = Recover(**node_set(table, mesh.scale))
     with naming("[recovery]"):
-        return model_recovery(model, connected_mesh(pipeline, mesh, model), wanted)
+        return model_recovery(model, connected_mesh(pipeline, mesh, model), recoveries)
 
 
 def pipeline_quality(source: Loaded) -> tuple[Mesh, Quality]:
@@ -172,12 +173,19 @@ def pipeline_sections(pipeline: Pipeline) -> dict[str, Property]:
     return sections
 
 
-def _interface(table: Any, scale: float) -> Interface:
+def _interface(table: InterfaceTable, scale: float) -> Interface:
     given = node_set(table, scale)
-    return Interface(**{"kind": "node" if {"node", "near"} & set(given) else "rbe2"} | given)
+    given.setdefault("kind", "node" if {"node", "near"} & set(given) else "rbe2")
+    return Interface(**given)
 
 
-def node_set(table: Any, scale: float) -> dict[str, Any]:
+def _stress_point(table: StressTable, scale: float) -> StressPoint:
+    given = node_set(table, scale)
+    given["fibres"] = tuple(map(tuple, table.fibres))
+    return StressPoint(**given)
+
+
+def node_set(table: NodeSetTable, scale: float) -> dict[str, Any]:
     """Return the node set of a table, lengths in m."""
     given = {key: value for key, value in table.model_dump().items() if value is not None}
     for key in ("near", "position"):
@@ -188,7 +196,7 @@ def node_set(table: Any, scale: float) -> dict[str, Any]:
     if "plane" in given:
         given["plane"] = (tuple(scale * np.array(given["plane"]["point"])), tuple(given["plane"]["normal"]))
     if "cylinder" in given:
-        c = given["cylinder"]
-        lengths = [scale * c[key] for key in ("radius", "tolerance") if c[key] is not None]
-        given["cylinder"] = (tuple(scale * np.array(c["point"])), tuple(c["axis"]), *lengths)
+        cylinder = given["cylinder"]
+        lengths = [scale * cylinder[key] for key in ("radius", "tolerance") if cylinder[key] is not None]
+        given["cylinder"] = (tuple(scale * np.array(cylinder["point"])), tuple(cylinder["axis"]), *lengths)
     return given

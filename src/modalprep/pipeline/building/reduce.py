@@ -52,11 +52,10 @@ def reduce_model(
     if isinstance(table.damping, float) and table.damping > 0:
         options["damping"] = table.damping
     if table.target_error is not None:
-        found = to_target(model, basis, table.target_error, table.up_to, **options)
+        reduction, error = to_target(model, basis, table.target_error, table.up_to, **options)
     else:
         reduction = basis(table.modes)
-        found = reduction, reduction_error(model, reduction, table.up_to, **options)
-    reduction, error = found
+        error = reduction_error(model, reduction, table.up_to, **options)
     notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
     return reduction.with_(notes=notes), error
 
@@ -86,28 +85,28 @@ def _statement(error: ReductionError) -> str:
     if not len(error.full):
         del parts["frequencies"]
     where = f" (at {error.worst_at:.4g} Hz, with {100 * error.damping:.3g} % damping)" if len(error.sweep) else ""
-    said = {"dynamic compliance": where}
-    worst = ", ".join(f"{name} {np.max(x, initial=0.0):.1e}{said.get(name, '')}" for name, x in parts.items())
+    suffix = {"dynamic compliance": where}
+    worst = ", ".join(f"{name} {np.max(x, initial=0.0):.1e}{suffix.get(name, '')}" for name, x in parts.items())
     return (
         f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full) or 'no'} modes (counted "
         f"by the inertia of K - w^2 M): {worst}"
     )
 
 
-def asked_loads(source: Loaded, body: FlexibleBody) -> list[Asked]:
+def response_loads(source: Loaded, body: FlexibleBody) -> list[Asked]:
     """Return the loads and bands of the responses of a file, for the convergence of its recoveries."""
     pipeline = source.pipeline
-    found = []
+    loads = []
     for name, table in pipeline.response.items() if pipeline.recovery else ():
         with naming(f"[response.{name}]"):
             inputs = table.inputs(source.folder)
         ratios = [x for x in (table.damping, pipeline.reduction.damping, DAMPING) if isinstance(x, float) and x > 0]
         low, high = _band(table, inputs, body)
         columns = unit_inputs(body, list(inputs))[0]
-        found.append(
+        loads.append(
             Asked(name, columns, partial(_amplitudes, list(inputs.values()), table.kind), low, high, ratios[0])
         )
-    return found
+    return loads
 
 
 def _band(table: Any, inputs: Mapping[str, Any], body: FlexibleBody) -> tuple[float, float]:
@@ -136,11 +135,11 @@ def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, 
     if not pipeline.loads:
         return {}
     mesh = connected_mesh(pipeline, mesh, model)
-    found = {}
+    loads = {}
     for name, table in pipeline.loads.items():
         with naming(f"[loads.{name}]"):
-            found[name] = nodal_load(model, mesh, name, Load(**node_set(table, mesh.scale)))
-    return found
+            loads[name] = nodal_load(model, mesh, name, Load(**node_set(table, mesh.scale)))
+    return loads
 
 
 def target_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
@@ -164,7 +163,7 @@ def target_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
 
 
 def implausible_ratios(given: Ratio | Rayleigh) -> tuple[str, ...]:
-    """Return a note where a damping ratio is above critical; Rayleigh's rises with the frequency, and has none.
+    """Return a note where a damping ratio is above critical; none for Rayleigh's, which rises with the frequency.
 
     Examples
     --------

@@ -1,22 +1,23 @@
-"""Sensitivities that a pipeline file asks for."""
+"""The [sensitivities] of a pipeline file."""
 
 from __future__ import annotations
 
 from modalprep.correlation.derivatives import Sensitivities, sensitivities
 from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.schema.analysis import SensitivitiesTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
 
 
-def pipeline_sensitivities(source: Loaded) -> Sensitivities:
-    """Assemble the model of a file and derive its frequencies; its root alone is held, whatever the reduction fixes.
+def pipeline_sensitivities(source: Loaded, table: SensitivitiesTable) -> Sensitivities:
+    """Return the derivatives of the frequencies of the model, which is clamped at its root alone, or free.
 
     Raises
     ------
     InputError
         When the model has no parameter of the kinds in the file.
     """
-    pipeline, table = source.pipeline, source.pipeline.sensitivities
+    pipeline = source.pipeline
     materials = {name: material.build() for name, material in pipeline.materials.items()}
     with naming(source.path):
         model = assemble_pipeline(pipeline, read_pipeline_mesh(source))

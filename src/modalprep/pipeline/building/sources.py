@@ -1,4 +1,4 @@
-"""The files that a pipeline file needs, where its outputs go, and what may not be written over."""
+"""Input files and output folder of a pipeline file, and the refusal to overwrite inputs and outputs of others."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from modalprep.pipeline.building.supplied import supplied_files
 from modalprep.pipeline.schema.base import BodyName, PipelineName, named_files
 from modalprep.pipeline.schema.load import Loaded, same_file
 
-MARK = ".source"  # beside or in what is written: the file that it was made of, as seen from there
+MARK = ".source"  # end of the name of the file, in or beside an output, with the relative path of its source
 
 
 def source_files(source: Loaded) -> list[Path]:
-    """Return the files that a pipeline file names, without other pipelines, and those beside the files of bodies."""
+    """Return the files that a pipeline file names, except other pipelines, and those read along with its bodies."""
     names = [name for _, name in named_files(source.pipeline)]
     bodies = dict.fromkeys(source.folder / name for name in names if isinstance(name, BodyName))
     named = dict.fromkeys(source.folder / name for name in names if not isinstance(name, PipelineName))
@@ -25,12 +25,12 @@ def source_files(source: Loaded) -> list[Path]:
 
 
 def needed_files(source: Loaded) -> list[Path]:
-    """Return all files that a pipeline file needs, itself and what the pipelines of its bodies need included."""
+    """Return all files that a pipeline file needs: itself, its inputs, and those of the pipelines of its bodies."""
     return [file for each in source.files for file in (each.path, *source_files(each))]
 
 
 def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
-    """Refuse files to write that are read too, that are written twice, or that cannot be written.
+    """Refuse targets that are also inputs, that are written twice, or that cannot be written.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def relative(file: Path, folder: Path) -> str:
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
-    """Return where the outputs of a pipeline file go: ``<output>/<name>``, by default ``output`` beside the file.
+    """Return the folder of the outputs of a pipeline file: ``<output>/<name>``, by default ``output`` beside it.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def output_folder(path: Path, output: Path | None) -> Path:
 
 
 def refuse_shared(target: Path, file: Path) -> None:
-    """Refuse a folder, or a file, that was made of another file of the same name, as long as that one is there.
+    """Refuse an output folder or file that has another source of the same name, which still exists.
 
     Raises
     ------
@@ -113,18 +113,20 @@ def refuse_shared_folders(source: Loaded, output: Path | None) -> None:
     InputError
         Which names both files.
     """
-    found: dict[Path, Path] = {}
+    sources: dict[Path, Path] = {}  # by folder
     for file in (each.path for each in source.files):
         folder = output_folder(file, output)
-        if other := found.get(folder.resolve()):
+        if other := sources.get(folder.resolve()):
             raise InputError(f"{other} and {file} would both write into {folder}; rename one, or leave out --output")
-        found[folder.resolve()] = file
-        if file.parent.resolve() != folder.resolve():  # a copy that the program has written has the mark of its source
+        sources[folder.resolve()] = file
+        if (
+            file.parent.resolve() != folder.resolve()
+        ):  # else a copy in the output folder, which has the mark of its source
             refuse_shared(folder, file)
 
 
 def mark_source(target: Path, file: Path) -> None:
-    """Note of which file a folder, or a file that is there, is made."""
+    """Record the source of an output folder, or of an output file that exists."""
     mark = _mark(target)
     text = relative(file, mark.parent)
     if file.parent.resolve() == target.resolve() or (mark.is_file() and mark.read_text(encoding="utf-8") == text):
@@ -135,7 +137,7 @@ def mark_source(target: Path, file: Path) -> None:
 
 @contextmanager
 def claiming(sources: Mapping[Path, Path]) -> Iterator[None]:
-    """Refuse to replace files (keys) that were made of others (values) of the same name; mark those written meanwhile.
+    """Refuse targets (keys) that have another source than the given one (value); in the end mark those written.
 
     Raises
     ------

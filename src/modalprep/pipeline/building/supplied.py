@@ -1,4 +1,4 @@
-"""Bodies of files: modal files, and those that other programs have reduced."""
+"""Bodies that are read from files: modal files, and bodies reduced by other programs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MODAL_FILE = (".h5", ".hdf5")
 
 
 def read_supplied(path: Path, table: SuppliedTable | BodyTable) -> FlexibleBody:
-    """Return the body of a file that the pipeline file at `path` names, in SI units and in the frame of its root.
+    """Return the body of a file that the pipeline file at `path` names, in SI units, its frame at its root.
 
     Raises
     ------
@@ -23,7 +23,7 @@ def read_supplied(path: Path, table: SuppliedTable | BodyTable) -> FlexibleBody:
         When the file cannot be read, or the table gives units to a modal file.
     """
     body = _read(path, table)
-    # Equal names and sources stand for equal bodies, which a system stores once.
+    # A system stores bodies of equal names and provenance once.
     return body if table.root is None else body.with_(provenance=body.provenance | {"root": table.root})
 
 
@@ -35,7 +35,7 @@ def _read(path: Path, table: SuppliedTable | BodyTable) -> FlexibleBody:
         nodes = None if table.nodes is None else path.parent / table.nodes
         options = {"interfaces": table.interfaces, "nodes": nodes}
     if not is_modal_file(file):
-        from modalprep.formats.bodies.read import import_body  # systems of modal files need none of the readers
+        from modalprep.formats.bodies.read import import_body  # imported here, as modal files need none of the readers
 
         return import_body(file, root=table.root, **given, **options)
     if any(options.values()) or given != {"length_unit": "m", "mass_unit": None}:
@@ -49,7 +49,7 @@ def _read(path: Path, table: SuppliedTable | BodyTable) -> FlexibleBody:
 
 
 def is_modal_file(file: Path) -> bool:
-    """Whether a file is one of modalprep's own; that is assumed of suffixes that no other program has."""
+    """Whether a file is a modal file, which is assumed where its suffix is that of no other program."""
     suffix = file.suffix.lower()
     if suffix in MODAL_FILE:
         return True
@@ -68,7 +68,7 @@ def supplied_digest(path: Path, table: SuppliedTable) -> str:
 
 
 def supplied_files(file: Path) -> list[Path]:
-    """Return the file of a body, then those beside it that are read with it."""
+    """Return the file of a body, then the further files beside it that are read with it."""
     if is_modal_file(file):
         return [file]
     from modalprep.formats.bodies.read import files_of

@@ -23,7 +23,6 @@ from modalprep.pipeline.building.sources import (
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded, load
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable, rotation_matrix
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
@@ -53,27 +52,27 @@ class Synthesised:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes for the user."""
-        said = [f"redundant: {text}" for text in self.modes.redundant]
-        for name, found in self.projected.items():
-            said.append(
-                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates are kept; they "
-                f"represent at least {100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
+        """Notes on the validity of the results."""
+        notes = [f"redundant: {text}" for text in self.modes.redundant]
+        for name, basis in self.projected.items():
+            notes.append(
+                f"{name}: {len(basis.frequency)} of {self.modes.bodies[name].n} coordinates are kept; they "
+                f"represent at least {100 * basis.captured.min(initial=1.0):.6g}% of its mass in a system mode"
             )
         if self.damping is not None:
-            said += implausible_ratios(self.damping.target)
+            notes += implausible_ratios(self.damping.target)
             given = self.damping.target > 0
             share = self.damping.achieved[given] / self.damping.target[given]
-            said.append(
+            notes.append(
                 f"damping of the bodies gives the system's modes {share.min(initial=1.0):.3g} to "
                 f"{share.max(initial=1.0):.3g} times their target ratios, and couples two of them by up to "
                 f"{self.damping.coupling:.2g} of their own"
             )
-        return tuple(said)
+        return tuple(notes)
 
     def summary(self) -> dict:
         """Return the content of the JSON file: frequencies in Hz, fractions of strain energy, damping ratios."""
-        found = {
+        summary = {
             "frequency_Hz": self.modes.frequency.tolist(),
             "rigid": self.modes.rigid,
             "strain_energy": {name: share.tolist() for name, share in strain_fractions(self.modes).items()},
@@ -82,11 +81,11 @@ class Synthesised:
             "notes": list(self.notes),
         }
         if self.damping is not None:
-            found["damping_ratio"] = {
+            summary["damping_ratio"] = {
                 "target": self.damping.target.tolist(),
                 "achieved": self.damping.achieved.tolist(),
             }
-        return found
+        return summary
 
 
 def synthesise_pipeline(path: str | Path | Loaded, output: Path | None, reporter: Reporter) -> Synthesised:
@@ -95,29 +94,30 @@ def synthesise_pipeline(path: str | Path | Loaded, output: Path | None, reporter
     Raises
     ------
     InputError
-        When the file has no [synthesis] or names what is not there.
+        When the file has no [synthesis], or names something unknown.
     """
     source = load(path)
-    path, pipeline = source.path, source.pipeline
-    if pipeline.synthesis is None:
+    path, pipeline, table = source.path, source.pipeline, source.pipeline.synthesis
+    if table is None:
         raise InputError(f"{path} has no [synthesis]: add one with modes")
     refuse_shared_folders(source, output)
     folder = output_folder(path, output)
     refuse_overwriting((folder / f"{path.stem}-{name}.h5" for name in pipeline.bodies), needed_files(source))
     bodies = read_bodies(source, lambda source: current_body(source, output, reporter))
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
-        found = _synthesised(pipeline, bodies)
+        synthesised = _synthesised(table, pipeline.welds, bodies)
         done(1)
     mark_source(folder, path)
-    reporter.wrote(write_json(found.summary(), folder / f"{path.stem}-synthesis.json"))
-    for name, body in found.bodies.items():
+    reporter.wrote(write_json(synthesised.summary(), folder / f"{path.stem}-synthesis.json"))
+    for name, body in synthesised.bodies.items():
         reporter.wrote(write_body(body, folder / f"{path.stem}-{name}.h5"))
-    return found
+    return synthesised
 
 
-def _synthesised(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthesised:
-    table = pipeline.synthesis
-    welds, ground = _joined(pipeline.welds)
+def _synthesised(
+    table: SynthesisTable, weld_tables: dict[str, WeldTable], bodies: dict[str, FlexibleBody]
+) -> Synthesised:
+    welds, ground = _welds(weld_tables)
     placement = {name: _placement(name, each) for name, each in table.placement.items()}
     modes = synthesise(bodies, welds, placement=placement, ground=ground, modes=table.modes)
     damping = None if table.damping is None else component_damping(modes, target_damping(table.damping))
@@ -128,7 +128,7 @@ def _synthesised(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthes
     return Synthesised(modes=modes, damping=damping, projected=projected, bodies=changed)
 
 
-def _joined(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
+def _welds(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
     """Return the welds between bodies and those to the ground."""
     welds, ground = [], []
     for table in tables.values():

@@ -41,7 +41,7 @@ class Strength:
 def strength(
     source: Loaded, histories: Mapping[str | None, Response | Result], folder: Path, reporter: Reporter
 ) -> Strength:
-    """Compute the shock spectra and the damage that a pipeline file asks for; write CSV files and plots.
+    """Compute the shock spectra and the damage of the [srs] and [fatigue] tables; write CSV files and plots.
 
     Parameters
     ----------
@@ -87,10 +87,10 @@ def channels_of(table: OfChannels, source: Result | Response) -> tuple[np.ndarra
         axis = source.axis
         known = dict(zip(source.names, source.values.T, strict=True))
     channels: Histories = {}
-    for wanted in table.channels:
-        names = matching(known, wanted)
+    for pattern in table.channels:
+        names = matching(known, pattern)
         if not names:
-            raise InputError(f"there is no channel {wanted!r}; {suggestion(wanted, sorted(known)[:60], 'there are')}")
+            raise InputError(f"there is no channel {pattern!r}; {suggestion(pattern, sorted(known)[:60], 'there are')}")
         channels |= {name: known[name] for name in names}
     return axis, channels
 

@@ -23,7 +23,7 @@ from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.pipeline.building.sources import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
+from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable, SweepTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.time import has_several_values, time_function
@@ -41,7 +41,7 @@ from modalprep.report.analysis import (
 from modalprep.verdicts.notes import warnings_of
 from modalprep.verdicts.verdict import FAILED, PASSED, Requirement, Verdict
 
-LINEAR = 1e-4  # error of the linear equations over their largest entry, above which an analysis fails
+LINEAR = 1e-4  # largest error of the linear equations, relative to their largest entry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,20 +52,20 @@ class Analysed:
     modes: SystemModes | None
     linear: StateSpace | None
     sweep: dict[float, SystemModes] | None
-    swept: tuple[str, ...]
+    sweep_notes: tuple[str, ...]
     inverse: InverseDynamics | None
     table: AnalysisTable
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know about the validity of the results."""
+        """Notes on the validity of the results."""
         inverse = () if self.inverse is None else self.inverse.notes
-        rest = () if self.equilibrium is None else self.equilibrium.notes
-        return (*rest, *_instabilities(self.modes), *self.swept, *inverse)
+        equilibrium = () if self.equilibrium is None else self.equilibrium.notes
+        return (*equilibrium, *_instabilities(self.modes), *self.sweep_notes, *inverse)
 
     @property
     def audits(self) -> tuple[Requirement, ...]:
-        """Whether the linear equations are accurate; empty without."""
+        """Whether the linear equations are accurate; empty without linear equations."""
         if self.linear is None:
             return ()
         error = self.linear.error
@@ -81,32 +81,32 @@ class Analysed:
     @cached_property
     def verdict(self) -> Verdict:
         """PASS, PASS WITH WARNINGS or FAIL, with the reasons."""
-        found = Requirement(name="analysis", result=PASSED, says="it found what was asked for")
-        return Verdict.of((found, *self.audits), warnings_of(self.notes))
+        complete = Requirement(name="analysis", result=PASSED, says="it found what was asked for")
+        return Verdict.of((complete, *self.audits), warnings_of(self.notes))
 
     def summary(self) -> dict[str, Any]:
         """Return the content of the JSON file: SI units, frequencies in Hz, damping ratios, eigenvalues in 1/s."""
-        found: dict[str, Any] = {}
+        summary: dict[str, Any] = {}
         if self.equilibrium is not None:
-            rest = self.equilibrium
-            kinds = {"joints": rest.joints, "modal": rest.modal, "closures": rest.closures}
+            state = self.equilibrium
+            kinds = {"joints": state.joints, "modal": state.modal, "closures": state.closures}
             lists = {
                 kind: {name: np.asarray(v).tolist() for name, v in values.items()} for kind, values in kinds.items()
             }
-            found["equilibrium"] = {"stable": rest.stable, "steps": rest.steps} | lists
+            summary["equilibrium"] = {"stable": state.stable, "steps": state.steps} | lists
         if self.modes is not None:
-            kept = slice(self.table.modes)
+            listed = slice(self.table.modes)
             names = {"frequency_Hz": self.modes.frequency, "damping_ratio": self.modes.damping}
-            found["modes"] = {name: values[kept].tolist() for name, values in names.items()}
-            found["modes"]["eigenvalue_1/s"] = [[z.real, z.imag] for z in self.modes.eigenvalue[kept].tolist()]
-            found["modes"]["moves_most"] = most_moved(self.modes)[kept]
+            summary["modes"] = {name: values[listed].tolist() for name, values in names.items()}
+            summary["modes"]["eigenvalue_1/s"] = [[z.real, z.imag] for z in self.modes.eigenvalue[listed].tolist()]
+            summary["modes"]["moves_most"] = most_moved(self.modes)[listed]
         if self.linear is not None:
-            found["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
-        return found | {"notes": list(self.notes), "verdict": self.verdict.summary()}
+            summary["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
+        return summary | {"notes": list(self.notes), "verdict": self.verdict.summary()}
 
 
 def _instabilities(modes: SystemModes | None) -> tuple[str, ...]:
-    """Say how many modes of all grow, those included that are not asked for."""
+    """Return a note on the number of unstable modes, those that are not listed included."""
     growing = [z.real for z in modes.eigenvalue.tolist() if course(z).startswith("unstable")] if modes else []
     if not growing:
         return ()
@@ -120,9 +120,9 @@ def analyse_pipeline(path: str | Path | Loaded, output: Path | None, reporter: R
     Raises
     ------
     InputError
-        When the file has no [analysis] or names what is not there.
+        When the file has no [analysis], or names something unknown.
     SimulationError
-        When nothing rests, or the linear equations do not exist.
+        When there is no equilibrium, or the linear equations do not exist.
     """
     source = load(path)
     path, table = source.path, source.pipeline.analysis
@@ -133,31 +133,33 @@ def analyse_pipeline(path: str | Path | Loaded, output: Path | None, reporter: R
     refuse_unwritable(stem.with_name(f"{stem.name}-analysis.json"))
     refuse_before_work(source)
     system = in_theory(read_system(source, output, reporter), table.theory)
+    assert isinstance(system, System)  # by the check of the file: [deployments] are not combined with [analysis]
     with naming(path), reporter.progress(f"{path.name}: analysis", 1) as done:
-        found = _analysed(system, table, path.parent)
+        analysed = _analysed(system, table, path.parent)
         done(1)
     mark_source(stem.parent, path)
-    _report(found, stem, reporter)
-    return found
+    _report(analysed, stem, reporter)
+    return analysed
 
 
 def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
-    rest = _rest(system, table, table.time)
-    at = (None if rest is None else rest.y, table.time)
-    sweep, swept = _sweep(system, table)
+    equilibrium = _equilibrium(system, table, table.time)
+    y = None if equilibrium is None else equilibrium.y
+    t = table.time
+    sweep, sweep_notes = _sweep(system, table)
     needed = table.inputs or table.outputs or table.state_space
     return Analysed(
-        equilibrium=rest,
-        modes=system_modes(system, *at) if table.modes else None,
-        linear=linearise(system, *at, inputs=table.inputs, outputs=table.outputs) if needed else None,
+        equilibrium=equilibrium,
+        modes=system_modes(system, y, t) if table.modes else None,
+        linear=linearise(system, y, t, inputs=table.inputs, outputs=table.outputs) if needed else None,
         sweep=sweep,
-        swept=swept,
+        sweep_notes=sweep_notes,
         inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
         table=table,
     )
 
 
-def _rest(system: System, table: AnalysisTable, t: float) -> Equilibrium | None:
+def _equilibrium(system: System, table: AnalysisTable, t: float) -> Equilibrium | None:
     return None if table.about == "start" else static_equilibrium(system, t=t, steady=table.about == "steady")
 
 
@@ -166,9 +168,9 @@ def _sweep(system: System, table: AnalysisTable) -> tuple[dict[float, SystemMode
     if table.sweep is None:
         return None, ()
     times = np.linspace(table.time, table.sweep.until, table.sweep.points).tolist()
-    rests = {t: _rest(system, table, t) for t in times}
-    notes = tuple(note for rest in rests.values() if rest is not None for note in rest.notes)
-    return {t: system_modes(system, None if rest is None else rest.y, t) for t, rest in rests.items()}, notes
+    states = {t: _equilibrium(system, table, t) for t in times}
+    notes = tuple(note for state in states.values() if state is not None for note in state.notes)
+    return {t: system_modes(system, None if state is None else state.y, t) for t, state in states.items()}, notes
 
 
 def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynamics:
@@ -184,45 +186,52 @@ def _law(name: str, value: Any, folder: Path) -> TimeFunction | list[TimeFunctio
         return time_function("motion", value, folder)
 
 
-def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
+def _report(analysed: Analysed, stem: Path, reporter: Reporter) -> None:
     """Print the equilibrium and the table of modes, write all files."""
-    if found.equilibrium is not None:
-        how = "stable" if found.equilibrium.stable else "not stable"
-        reporter.say(f"  {how} equilibrium after {found.equilibrium.steps} steps")
-    for note in found.notes:
+    table = analysed.table
+    if analysed.equilibrium is not None:
+        how = "stable" if analysed.equilibrium.stable else "not stable"
+        reporter.say(f"  {how} equilibrium after {analysed.equilibrium.steps} steps")
+    for note in analysed.notes:
         reporter.note(note)
-    if found.modes is not None:
-        system_table(found.modes, found.table.modes, reporter.console)
-    reporter.wrote(write_json(found.summary(), stem.with_name(f"{stem.name}-analysis.json")))
-    for kind in found.table.state_space:
-        reporter.wrote(write_state_space(found.linear, stem.with_name(f"{stem.name}-state-space.{kind}")))
-    if found.table.response is not None:
-        _response(found, stem, reporter)
-    if found.sweep is not None:
-        table = found.table.sweep
-        reference = [curve.model_dump() for curve in found.table.sweep.reference]
-        reporter.wrote(write_sweep(found.sweep, table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
-        target = stem.with_name(f"{stem.name}-sweep.png")
-        reporter.wrote(sweep_plot(found.sweep, table.modes, target, label=table.label, reference=reference))
-    if found.inverse is not None:
-        _forces(found.inverse, stem, reporter)
+    if analysed.modes is not None:
+        system_table(analysed.modes, table.modes, reporter.console)
+    reporter.wrote(write_json(analysed.summary(), stem.with_name(f"{stem.name}-analysis.json")))
+    if analysed.linear is not None:
+        _write_linear(analysed.linear, table, stem, reporter)
+    if analysed.sweep is not None and table.sweep is not None:
+        _write_modes(analysed.sweep, table.sweep, stem, reporter)
+    if analysed.inverse is not None:
+        _forces(analysed.inverse, stem, reporter)
 
 
-def _response(found: Analysed, stem: Path, reporter: Reporter) -> None:
-    table = found.table.response
-    frequency = np.geomspace(table.lowest, table.highest, table.points)
-    H = frequency_response(found.linear, frequency)
+def _write_linear(linear: StateSpace, table: AnalysisTable, stem: Path, reporter: Reporter) -> None:
+    """Write the linear equations and their frequency response, and draw the response."""
+    for kind in table.state_space:
+        reporter.wrote(write_state_space(linear, stem.with_name(f"{stem.name}-state-space.{kind}")))
+    if table.response is None:
+        return
+    frequency = np.geomspace(table.response.lowest, table.response.highest, table.response.points)
+    H = frequency_response(linear, frequency)
     for write, suffix in ((write_response, "csv"), (response_plot, "png")):
-        reporter.wrote(write(found.linear, frequency, H, stem.with_name(f"{stem.name}-response.{suffix}")))
+        reporter.wrote(write(linear, frequency, H, stem.with_name(f"{stem.name}-response.{suffix}")))
 
 
-def _forces(found: InverseDynamics, stem: Path, reporter: Reporter) -> None:
+def _write_modes(sweep: dict[float, SystemModes], table: SweepTable, stem: Path, reporter: Reporter) -> None:
+    """Write and draw the frequencies over time."""
+    reference = [curve.model_dump() for curve in table.reference]
+    reporter.wrote(write_sweep(sweep, table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
+    target = stem.with_name(f"{stem.name}-sweep.png")
+    reporter.wrote(sweep_plot(sweep, table.modes, target, label=table.label, reference=reference))
+
+
+def _forces(inverse: InverseDynamics, stem: Path, reporter: Reporter) -> None:
     """Write hinge forces and modal coordinates as channels of a result, and draw the forces."""
     from modalprep.report.charts.plots import history_plot
 
-    forces = {f"{name}.drive": force[:, 0] if force.shape[1] == 1 else force for name, force in found.force.items()}
-    modal = {f"{name}.modal": values for name, values in found.modal.items() if values.shape[1]}
-    run = Result(time=found.time, channels=forces | modal, status="done", message="inverse dynamics")
+    forces = {f"{name}.drive": force[:, 0] if force.shape[1] == 1 else force for name, force in inverse.force.items()}
+    modal = {f"{name}.modal": values for name, values in inverse.modal.items() if values.shape[1]}
+    run = Result(time=inverse.time, channels=forces | modal, status="done", message="inverse dynamics")
     reporter.wrote(write_result(run, stem.with_name(f"{stem.name}-inverse.h5")))
     reporter.wrote(write_csv(run, stem.with_name(f"{stem.name}-inverse.csv")))
     target = stem.with_name(f"{stem.name}-inverse.png")

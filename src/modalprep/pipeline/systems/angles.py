@@ -1,4 +1,4 @@
-"""Notes on angles of a system that were probably meant in degrees."""
+"""Warnings of angles in radians that were probably meant in degrees."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OF_A_HINGE = ("lower", "upper", "free_position")  # angles of a joint that has r
 
 
 def implausible_angles(pipeline: Pipeline) -> tuple[str, ...]:
-    """Return a note for each angle beyond a turn that is a whole number of half degrees; equal ones are said once.
+    """Return a note for each angle beyond a turn that is a multiple of 0.5; one note for equal angles.
 
     Examples
     --------
@@ -26,13 +26,13 @@ def implausible_angles(pipeline: Pipeline) -> tuple[str, ...]:
     >>> implausible_angles(Pipeline.model_validate(file | {"simulation": {"t_end": 1.0}}))
     ("the angle of [joints.hinge.start], 90 rad, is implausible: did you mean '90 deg'?",)
     """
-    found: dict[tuple[str, float], str] = {}
+    notes: dict[tuple[str, float], str] = {}
     for name in OF_A_SYSTEM:
         for where, key, value in _angles(getattr(pipeline, name), name, ANGLES):
             if abs(value) > 2 * math.pi and (2 * value).is_integer():
-                said = f"the {key} of [{where}], {value:g} rad, is implausible: did you mean '{value:g} deg'?"
-                found.setdefault((key, value), said)
-    return tuple(found.values())
+                note = f"the {key} of [{where}], {value:g} rad, is implausible: did you mean '{value:g} deg'?"
+                notes.setdefault((key, value), note)
+    return tuple(notes.values())
 
 
 def _angles(value: Any, where: str, keys: tuple[str, ...]) -> Iterator[tuple[str, str, float]]:

@@ -25,20 +25,23 @@ def read_closures(
     >>> read_closures({}, {"gear": table}, Path())[0].factors["pinion"]
     3.0
     """
-    found: list[Closure | Coupler] = []
+    constraints: list[Closure | Coupler] = []
     for name, table in closures.items():
         with naming(f"closure {name!r}"):
-            found.append(_closure(name, table, folder))
+            constraints.append(_closure(name, table, folder))
     for name, coupler in couplers.items():
         with naming(f"coupler {name!r}"):
-            value = time_function("value", coupler.value, folder)
-            options = {"value": value, "active": coupler.active, "reach": coupler.reach}
-            found.append(Coupler(name=name, factors=coupler.factors, **options))
-    return tuple(found)
+            constraints.append(_coupler(name, coupler, folder))
+    return tuple(constraints)
+
+
+def _coupler(name: str, table: CouplerTable, folder: Path) -> Coupler:
+    value = time_function("value", table.value, folder)
+    return Coupler(name=name, factors=table.factors, value=value, active=table.active, reach=table.reach)
 
 
 def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
-    path = table.path and tuple(None if c == "free" else time_function("path", c, folder) for c in table.path)
+    path = [None if law == "free" else time_function("path", law, folder) for law in table.path or ()]
     return Closure(
         name=name,
         type=table.type,
@@ -49,7 +52,7 @@ def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
         position=np.array(table.position),
         rotation=rotation_matrix(table.rotation),
         length=time_function("length", table.length, folder),
-        path=path,
+        path=path or None,
         **_friction(table),
         active=table.active,
         reach=table.reach,
@@ -57,7 +60,7 @@ def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
 
 
 def _friction(table: ClosureTable) -> dict[str, float]:
-    """Return the constants of friction; a coefficient given as 0, one of several in a grid, needs no velocity."""
+    """Return the constants of friction; none where the coefficient is given as 0, as in one job of a grid."""
     if is_given(table, "friction_coefficient") and not table.friction_coefficient:
         return {}
     return {key: getattr(table, key) for key in ("friction_coefficient", "transition_velocity")}

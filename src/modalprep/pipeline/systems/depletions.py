@@ -29,14 +29,14 @@ def read_depletions(
     Raises
     ------
     InputError
-        When a body or a depletion is not there, or a level does not suit its body.
+        When a body or a depletion is unknown, or a fill level does not suit its body.
     """
-    found: dict[str, Depletion] = {}
+    depletions: dict[str, Depletion] = {}
     for name, table in pipeline.depletions.items():
         with naming(f"depletion {name!r}"):
             refuse_unknown(table.body, bodies, "body")
-            found[name] = _depletion(name, table, bodies[table.body], pipeline.bodies.get(table.body), folder)
-    return tuple(found.values()), tuple(_jet(name, table, found) for name, table in pipeline.jets.items())
+            depletions[name] = _depletion(name, table, bodies[table.body], pipeline.bodies.get(table.body), folder)
+    return tuple(depletions.values()), tuple(_jet(name, table, depletions) for name, table in pipeline.jets.items())
 
 
 def _depletion(
@@ -49,7 +49,7 @@ def _depletion(
                 f"an intermediate level has {level.m:g} kg; it must lie between the empty body's {levels[0].m:g} kg "
                 f"and the full one's {body.m:g} kg"
             )
-    mass = time_function("mass", table.mass, folder) or _depleted(table, body.m, levels[0].m)
+    mass = _mass(table, body.m, levels[0].m, folder)
     return Depletion(name=name, body=table.body, levels=levels, mass=mass)
 
 
@@ -58,17 +58,18 @@ def _level(table: LevelTable, body: FlexibleBody, source: BodyTable | None, fold
         return with_density_factor(body, table.density_factor)
     if table.file is not None:
         return read_body(folder / table.file)
-    if source is None or source.mass is None:
+    if table.mass is None or source is None or source.mass is None:
         raise InputError(
             "a fill level with a 'mass' is for rigid bodies; give a 'density_factor' or a 'file' with the same modes"
         )
-    return read_rigid(body.name, table, source.interfaces)
+    return read_rigid(body.name, table.mass, table, source.interfaces)
 
 
-def _depleted(table: DepletionTable, full: float, empty: float) -> TimeFunction:
-    if isinstance(table.rate, list):
-        return deplete(full, empty, pieces(table.rate))
-    return deplete(full, empty, table.rate)
+def _mass(table: DepletionTable, full: float, empty: float, folder: Path) -> TimeFunction:
+    if table.mass is not None:
+        return time_function("mass", table.mass, folder)
+    assert table.rate is not None  # by the check of the table
+    return deplete(full, empty, pieces(table.rate) if isinstance(table.rate, list) else table.rate)
 
 
 def _jet(name: str, table: JetTable, depletions: dict[str, Depletion]) -> ExpelledGas:

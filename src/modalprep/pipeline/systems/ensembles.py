@@ -21,14 +21,11 @@ from modalprep.multibody.results.result import Result
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import EnsembleTable
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.changing import read_events
-from modalprep.pipeline.schema.load import Loaded
-from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.program import program
 from modalprep.report.ensemble import band_plot, statistics_table, write_cases, write_statistics
 from modalprep.verdicts.verdict import FAILED, PASSED, Requirement
 
-TOLD = 5  # cases that failed and are named on the console
+PRINTED = 5  # largest number of failures, and of notes, on the console
 
 
 def ensemble_files(table: EnsembleTable, stem: Path) -> list[Path]:
@@ -41,32 +38,40 @@ def _suffixes(count: int) -> list[str]:
     return [""] if count == 1 else [f"-{number + 1}" for number in range(count)]
 
 
-def simulate_ensemble(source: Loaded, system: System, nominal: Result, stem: Path, reporter: Reporter) -> Ensemble:
-    """Run the cases of an ensemble, write its files, and print its table.
+def simulate_ensemble(
+    path: Path,
+    table: EnsembleTable,
+    system: System,
+    options: dict[str, Any],
+    nominal: Result,
+    stem: Path,
+    reporter: Reporter,
+) -> Ensemble:
+    """Run the cases of the ensemble of the pipeline file at `path`, write its files, and print its table.
 
-    Finished cases of an interrupted ensemble, and of one that had failed cases, are taken from its file.
+    `options` are those of `simulate`, `nominal` is the main run. Finished cases of an interrupted ensemble, and of one
+    with failed cases, are taken from its file.
 
     Raises
     ------
     InputError
         When a distribution cannot be used.
     """
-    path, table = source.path, source.pipeline.ensemble
     files = ensemble_files(table, stem)
     with naming(path), naming("[ensemble]"):
-        task = plan(system, ensemble_cases(table), table.channels, _options(source.pipeline))
-    whose = identity(task) | {"program": program()["sources_sha256"]}
-    keeper = Keeper(files[0], whose)
-    collected = _begun(task, keeper, reporter)
+        task = plan(system, ensemble_cases(table), table.channels, options)
+    task_identity = identity(task) | {"program": program()["sources_sha256"]}
+    keeper = Keeper(files[0], task_identity)
+    collected = _finished_before(task, keeper, reporter)
     with reporter.progress(f"{path.name}: ensemble of {table.count} cases", table.count, unit="cases") as progress:
-        found = run_cases(task, collected, keeper, **_where(table), progress=progress)
-    _tell(found, table, reporter)
-    reporter.wrote(write_ensemble(found, files[0], levels=table.percentiles, identity=whose))
-    reporter.wrote(write_statistics(found, files[1], table.percentiles))
-    reporter.wrote(write_cases(found, files[2]))
+        ensemble = run_cases(task, collected, keeper, **_workers(table), progress=progress)
+    _report(ensemble, table, reporter)
+    reporter.wrote(write_ensemble(ensemble, files[0], levels=table.percentiles, identity=task_identity))
+    reporter.wrote(write_statistics(ensemble, files[1], table.percentiles))
+    reporter.wrote(write_cases(ensemble, files[2]))
     for channel, file in zip(table.channels, files[3:], strict=True):
-        reporter.wrote(band_plot(found, channel, file, levels=table.percentiles, nominal=nominal))
-    return found
+        reporter.wrote(band_plot(ensemble, channel, file, levels=table.percentiles, nominal=nominal))
+    return ensemble
 
 
 def ensemble_cases(table: EnsembleTable) -> dict[str, np.ndarray]:
@@ -82,12 +87,8 @@ def ensemble_cases(table: EnsembleTable) -> dict[str, np.ndarray]:
     return {name: drawn[name] if name in drawn else np.array(values) for name, values in table.parameters.items()}
 
 
-def _options(pipeline: Pipeline) -> dict[str, Any]:
-    return pipeline.simulation.steps | {"events": read_events(pipeline.events)}
-
-
-def _where(table: EnsembleTable) -> dict[str, Any]:
-    """Return where the cases run; those of a job of a batch in its own threads, as its neighbours have the others."""
+def _workers(table: EnsembleTable) -> dict[str, Any]:
+    """Return pool, workers and scheduler of the cases; a job of a batch has its own threads only."""
     if multiprocessing.parent_process() is not None or _on_cluster():
         return {}
     return {"pool": table.pool, "workers": table.workers, "scheduler": table.scheduler}
@@ -102,8 +103,8 @@ def _on_cluster() -> bool:
         return False
 
 
-def _begun(task: CaseTask, keeper: Keeper, reporter: Reporter) -> Collected:
-    """Return the cases with those finished before; a file of another ensemble is replaced."""
+def _finished_before(task: CaseTask, keeper: Keeper, reporter: Reporter) -> Collected:
+    """Return the cases that were finished in an earlier run; a file of another ensemble is replaced."""
     collected = Collected(task)
     try:
         collected.adopt(keeper.read())
@@ -114,22 +115,22 @@ def _begun(task: CaseTask, keeper: Keeper, reporter: Reporter) -> Collected:
     return collected
 
 
-def _tell(found: Ensemble, table: EnsembleTable, reporter: Reporter) -> None:
-    counts = ", ".join(f"{found.status.count(name)} {name}" for name in sorted(set(found.status)))
-    reporter.say(f"  {len(found)} cases: {counts}")
-    for sentence in found.failures[:TOLD]:
-        reporter.say(f"  {sentence}")
-    if len(found.failures) > TOLD:
-        reporter.say(f"  and {len(found.failures) - TOLD} more, see the file of cases")
-    for sentence in found.notes[:TOLD]:
-        reporter.note(sentence)
-    statistics_table(found, reporter.console, table.percentiles)
+def _report(ensemble: Ensemble, table: EnsembleTable, reporter: Reporter) -> None:
+    counts = ", ".join(f"{ensemble.status.count(name)} {name}" for name in sorted(set(ensemble.status)))
+    reporter.say(f"  {len(ensemble)} cases: {counts}")
+    for failure in ensemble.failures[:PRINTED]:
+        reporter.say(f"  {failure}")
+    if len(ensemble.failures) > PRINTED:
+        reporter.say(f"  and {len(ensemble.failures) - PRINTED} more, see the file of cases")
+    for note in ensemble.notes[:PRINTED]:
+        reporter.note(note)
+    statistics_table(ensemble, reporter.console, table.percentiles)
 
 
-def ensemble_audit(found: Ensemble) -> Requirement:
+def ensemble_audit(ensemble: Ensemble) -> Requirement:
     """Return the requirement that no case failed or diverged, and that their energies balance."""
-    why = found.failures
-    if not why:
-        return Requirement(name="ensemble", result=PASSED, says=f"{len(found)} cases")
-    says = f"{len(why)} of {len(found)} cases of the ensemble failed, the first: {why[0]}"
+    failures = ensemble.failures
+    if not failures:
+        return Requirement(name="ensemble", result=PASSED, says=f"{len(ensemble)} cases")
+    says = f"{len(failures)} of {len(ensemble)} cases of the ensemble failed, the first: {failures[0]}"
     return Requirement(name="ensemble", result=FAILED, says=says)

@@ -21,10 +21,7 @@ from modalprep.pipeline.schema.changing import DeploymentTable
 from modalprep.pipeline.schema.environment import CentralTable, ControlTable, OrbitTable
 from modalprep.pipeline.schema.force_elements import Scope
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.system import (
-    JointTable,
-    LimitsTable,
-)
+from modalprep.pipeline.schema.system import JointTable, LimitsTable
 from modalprep.pipeline.schema.time import has_several_values, time_function
 
 
@@ -46,12 +43,12 @@ def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployme
 
 
 def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
-    """Return one hinge element for each speed of a joint, or none without any force.
+    """Return one hinge element for each speed of a joint; none where it has neither force nor drive.
 
     Raises
     ------
     InputError
-        When a list has not one value for each speed.
+        When a list does not have one value for each speed.
     """
     translations = JOINT_TYPES[table.type].translations
     rotations = JOINT_TYPES[table.type].speeds - translations
@@ -76,7 +73,7 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
 
 
 def _refuse_wrong_drive(table: JointTable, translations: int, rotations: int) -> None:
-    """Refuse a force along what only turns, and a torque about what only slides."""
+    """Refuse a force on a joint without translations, and a torque on one without rotations."""
     for key, other, count, others in (
         ("force", "torque", translations, rotations),
         ("torque", "force", rotations, translations),
@@ -92,8 +89,8 @@ def prescribed_motion(table: JointTable, folder: Path) -> TimeFunction | tuple[T
     if table.motion is None:
         return None
     count = max(1, SCALARS[table.type])  # a joint without coordinates reports the error
-    laws = [time_function("motion", value, folder) for value in _list("motion", table.motion, count)]
-    return laws[0] if len(laws) == 1 else tuple(laws)
+    functions = [time_function("motion", value, folder) for value in _list("motion", table.motion, count)]
+    return functions[0] if len(functions) == 1 else tuple(functions)
 
 
 def _list(key: str, value: Any, count: int) -> list:
@@ -144,12 +141,14 @@ def read_orbit(table: OrbitTable | None) -> Orbit | None:
         others["dipole"] = Dipole(**table.dipole.model_dump()) if table.dipole else None
         if table.rate is not None:
             return Orbit(rate=table.rate, **others)
-        radius = table.radius if table.radius is not None else EARTH_RADIUS + table.altitude
-        return Orbit.circular(radius, table.mu, **others)
+        if table.radius is not None:
+            return Orbit.circular(table.radius, table.mu, **others)
+        assert table.altitude is not None  # by the check of the table
+        return Orbit.circular(EARTH_RADIUS + table.altitude, table.mu, **others)
 
 
 def _control(name: str, table: ControlTable) -> Load:
     if table.values is not None:
         return feedback(name, table.at, table.values)
-    none = [0.0, 0.0, 0.0]
-    return feedback(name, table.at, [*(table.force or none), *(table.torque or none)], table.axes)
+    zero = [0.0, 0.0, 0.0]
+    return feedback(name, table.at, [*(table.force or zero), *(table.torque or zero)], table.axes)

@@ -1,7 +1,8 @@
-"""What is wrong with a system and can be said before its bodies are built, by stand-ins with their interfaces."""
+"""Errors of a system that are found before its bodies are built, on rigid stand-ins with the same interfaces."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
 
@@ -31,7 +32,7 @@ from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of
 from modalprep.suggest import matching, refuse_unknown
 
-OF_MODES = (  # channels of a body that its stand-in does not have
+OF_MODES = (  # channels of a flexible body that its rigid stand-in lacks
     "modal",
     "stress",
     "mass",
@@ -45,92 +46,98 @@ OF_MODES = (  # channels of a body that its stand-in does not have
 )
 
 
-@lru_cache(maxsize=1)  # the stages of a run ask again
+@lru_cache(maxsize=1)  # several stages of a run call it
 def refuse_before_work(source: Loaded) -> None:
-    """Refuse a wrong time span or distribution, and names of what is not there, before any body is built.
+    """Refuse a wrong time span or distribution, and unknown names, before any body is built.
 
     Raises
     ------
     InputError
         Which says what is wrong.
     """
-    pipeline, s = source.pipeline, source.pipeline.simulation
+    pipeline = source.pipeline
+    simulation = pipeline.simulation
     with naming(source.path):
-        if s is not None:
-            check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
-            check_steps(s.t_end, s.max_step, s.shortest_event)
+        if simulation is not None:
+            _check_times(simulation)
         if pipeline.ensemble is not None:
             from modalprep.pipeline.systems.ensembles import ensemble_cases  # only here, as it imports what draws
 
             with naming("[ensemble]"):
                 ensemble_cases(pipeline.ensemble)
-        made = _made(source)
-        if made or pipeline.synthesis is not None:
-            outline = replace(source, pipeline=_without_modes(pipeline, made))
-            _refuse_names(source, system_of(outline, read_bodies(source, stand_in)), made)
+        pending = _pending(source)
+        if pending or pipeline.synthesis is not None:
+            outline = replace(source, pipeline=_without_modes(pipeline, pending))
+            _refuse_names(source, system_of(outline, read_bodies(source, stand_in)), pending)
 
 
-def _made(source: Loaded) -> set[str]:
-    """Return the names of the bodies that are made by pipeline files, for which others stand in."""
+def _check_times(table: SimulationTable) -> None:
+    check_span(table.t_end, table.output_step, table.rtol, table.atol, table.method)
+    check_steps(table.t_end, table.max_step, table.shortest_event)
+
+
+def _pending(source: Loaded) -> set[str]:
+    """Return the names of the bodies that are yet to be built by pipeline files."""
     own = {source.body_name} if source.pipeline.has_body else set()
     return own | {name for name, table in source.pipeline.bodies.items() if table.pipeline is not None}
 
 
-def _without_modes(pipeline: Pipeline, made: set[str]) -> Pipeline:
-    """Return the file without the tables that need the points or the modes of bodies that are not there yet."""
+def _without_modes(pipeline: Pipeline, pending: set[str]) -> Pipeline:
+    """Return the file without the tables that need the points or the modes of bodies yet to be built."""
     forces = {name: table.model_copy(update={"box": None}) for name, table in pipeline.forces.items()}
-    depletions = {name: table for name, table in pipeline.depletions.items() if table.body not in made}
-    left = pipeline.depletions.keys() - depletions
-    jets = {name: table for name, table in pipeline.jets.items() if table.depletion not in left}
+    depletions = {name: table for name, table in pipeline.depletions.items() if table.body not in pending}
+    omitted = pipeline.depletions.keys() - depletions
+    jets = {name: table for name, table in pipeline.jets.items() if table.depletion not in omitted}
     return pipeline.model_copy(update={"forces": forces, "depletions": depletions, "jets": jets})
 
 
-def _refuse_names(source: Loaded, system: System | DeployingSystem, made: set[str]) -> None:
-    """Refuse channels, inputs and expressions of what is not there."""
+def _refuse_names(source: Loaded, system: System | DeployingSystem, pending: set[str]) -> None:
+    """Refuse unknown channels, inputs and outputs, and expressions of them."""
     pipeline = source.pipeline
-    if pipeline.simulation is not None:
-        refuse_channels(source, system, made)
+    refuse_channels(source, system, pending)
     if isinstance(system, System):
-        _refuse_expressions(pipeline, system, made)
+        _refuse_expressions(pipeline, system, pending)
         if pipeline.analysis is not None:
-            _refuse_inputs(pipeline.analysis, system, made)
+            _refuse_inputs(pipeline.analysis, system, pending)
 
 
-def _waits(name: str, made: set[str]) -> bool:
-    """Whether a channel is known only when the body is there."""
+def _is_pending(name: str, pending: Collection[str]) -> bool:
+    """Whether a channel needs the modes of a body that is yet to be built."""
     body, _, part = name.partition(".")
-    return body in made and part.partition(".")[0] in OF_MODES
+    return body in pending and part.partition(".")[0] in OF_MODES
 
 
-def refuse_channels(source: Loaded, system: System | DeployingSystem, made: set[str] = frozenset()) -> None:
-    """Refuse channels and parameters that a run does not have; channels of the modes of stand-ins are not looked at.
+def refuse_channels(source: Loaded, system: System | DeployingSystem, pending: Collection[str] = ()) -> None:
+    """Refuse channels and parameters that the run does not have, except channels of the modes of `pending` bodies.
 
     Raises
     ------
     InputError
         Which names the channel or the parameter.
     """
-    pipeline = source.pipeline
+    pipeline, simulation = source.pipeline, source.pipeline.simulation
+    if simulation is None:
+        return
     with naming(source.path):
-        known = _channels(pipeline.simulation, system)
+        known = _channels(simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
         plotted += [f"{plot.relative_to}.origin" for plot in pipeline.plots if plot.relative_to is not None]
-        kept = [name for table in (pipeline.ensemble, pipeline.collect) if table for name in table.channels]
-        for name in [*pipeline.simulation.output, *plotted, *kept]:
-            if not _waits(name, made):
+        collected = [name for table in (pipeline.ensemble, pipeline.collect) if table for name in table.channels]
+        for name in [*simulation.output, *plotted, *collected]:
+            if not _is_pending(name, pending):
                 known[name]
         for table in (*pipeline.srs.values(), *pipeline.fatigue.values()):
             for name in table.channels if table.response is None else ():
-                if not (_waits(name, made) or matching(known.table(), name)):
+                if not (_is_pending(name, pending) or matching(known.table(), name)):
                     known[name]
         if isinstance(system, System):
             _refuse_film(pipeline.film, system)
-        if pipeline.ensemble is not None:
-            Parameters(system, list(pipeline.ensemble.parameters))
+            if pipeline.ensemble is not None:
+                Parameters(system, list(pipeline.ensemble.parameters))
 
 
 def _refuse_film(table: FilmTable, system: System) -> None:
-    """Refuse bodies and interfaces of a film that are not there, also where none is drawn."""
+    """Refuse unknown bodies and interfaces of a film, also where no film is drawn."""
     for key, names in (("follow", [table.follow] if table.follow else []), ("boxes", table.boxes)):
         for name in names:
             refuse_unknown(name, system.bodies, f"[film] {key}: body")
@@ -147,29 +154,34 @@ def _channels(table: SimulationTable, system: System | DeployingSystem) -> Resul
     return simulate_free_system(in_theory(system, table.chosen_theory), t_end=1e-9, output_step=1e-9)
 
 
-def _refuse_expressions(pipeline: Pipeline, system: System, made: set[str]) -> None:
+def _refuse_expressions(pipeline: Pipeline, system: System, pending: set[str]) -> None:
     """Refuse events and control laws that cannot be read."""
-    events = read_events(pipeline.events)
+    events, simulation = read_events(pipeline.events), pipeline.simulation
     check_changes(system, events)
     packed = pack(system)
-    loops = Loading(system, packed, pipeline.simulation.t_end).loops if events else None
+    loops = Loading(system, packed, simulation.t_end).loops if simulation and events else None
     others = RecoveredState(system, packed, loops).reader
-    texts = [(f"event {event.name!r}", event.when, loops, others) for event in events]
+    for name, table in pipeline.events.items():
+        if _is_known(table.when, pending):
+            channel_expression(system, packed, table.when, f"event {name!r}", loops, others)
     for name, table in pipeline.controls.items():
         if table.at not in [joint.name for joint in system.joints]:
             locate(system.bodies, table.at, f"control {name!r}")
-        values = [*(table.values or ()), *(table.force or ()), *(table.torque or ())]
-        texts += [(f"control {name!r}", str(value), None, None) for value in values]
-    for what, text, *of in texts:
-        if not any(_waits(name, made) for name in CHANNEL.findall(text)):
-            channel_expression(system, packed, text, what, *of)
+        for text in map(str, (*(table.values or ()), *(table.force or ()), *(table.torque or ()))):
+            if _is_known(text, pending):
+                channel_expression(system, packed, text, f"control {name!r}")
 
 
-def _refuse_inputs(table: AnalysisTable, system: System, made: set[str]) -> None:
-    """Refuse inputs and outputs of linear equations that are not there."""
-    evaluator = Evaluator(system.with_(closures=()), table.time)  # which close only when the bodies are there
+def _is_known(text: str, pending: set[str]) -> bool:
+    """Whether no channel of an expression needs the modes of a body that is yet to be built."""
+    return not any(_is_pending(name, pending) for name in CHANNEL.findall(text))
+
+
+def _refuse_inputs(table: AnalysisTable, system: System, pending: set[str]) -> None:
+    """Refuse unknown inputs and outputs of linear equations."""
+    evaluator = Evaluator(system.with_(closures=()), table.time)  # stand-ins cannot close the loops
     for name in table.inputs:
         Input(evaluator, name)
     for name in table.outputs:
-        if not _waits(name, made):
+        if not _is_pending(name, pending):
             output(evaluator, name, evaluator.start)

@@ -1,9 +1,10 @@
-"""From a pipeline file to its multibody system."""
+"""The multibody system of a pipeline file, and its bodies."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 
@@ -29,6 +30,10 @@ def read_system(source: Loaded, output: Path | None, reporter: Reporter) -> Syst
     return system_of(source, read_bodies(source, lambda each: current_body(each, output, reporter)))
 
 
+@overload
+def in_theory(system: System, theory: Theory) -> System: ...
+@overload
+def in_theory(system: DeployingSystem, theory: Theory) -> DeployingSystem: ...
 def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
     """Return the system with its bodies by a theory of deformation.
 
@@ -53,7 +58,7 @@ def system_of(source: Loaded, bodies: dict[str, FlexibleBody]) -> System | Deplo
     Raises
     ------
     InputError
-        When a table names what is not there.
+        When a table names something unknown.
     """
     pipeline, folder = source.pipeline, source.folder
     with naming(source.path):
@@ -64,11 +69,11 @@ def system_of(source: Loaded, bodies: dict[str, FlexibleBody]) -> System | Deplo
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
         closures = read_closures(pipeline.closures, pipeline.couplers, folder)
         depletions, jets = read_depletions(pipeline, bodies, folder)
-        parts = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
+        parts: dict[str, Any] = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
         parts["orbit"] = read_orbit(pipeline.environment.orbit)
         if pipeline.deployments:
-            found = tuple(read_deployment(name, table, folder) for name, table in pipeline.deployments.items())
-            return DeployingSystem(**parts, deployments=found)
+            deployments = tuple(read_deployment(name, table, folder) for name, table in pipeline.deployments.items())
+            return DeployingSystem(**parts, deployments=deployments)
         return System(**parts, closures=closures, depletions=depletions, notes=implausible_angles(pipeline))
 
 
@@ -84,8 +89,7 @@ def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
 def _joint(name: str, table: JointTable, folder: Path) -> Joint:
     with naming(f"joint {name!r}"):
         known = {field.name for field in fields(Joint)}
-        given = {key: value for key, value in [*table, *table.start] if key in known}
+        given: dict[str, Any] = {key: value for key, value in [*table, *table.start] if key in known}
         given["rotation"] = rotation_matrix(table.rotation)
         given["motion"] = prescribed_motion(table, folder)
-        arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in given.items()}
-        return Joint(name=name, elements=hinge_elements(table, folder), **arrays)
+        return Joint(name=name, elements=hinge_elements(table, folder), **given)

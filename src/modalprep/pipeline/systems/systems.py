@@ -1,7 +1,8 @@
-"""From a pipeline file to a multibody system and its simulation."""
+"""The [simulation] of a pipeline file: its runs, its ensemble and their files."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from modalprep.formats.resultfile import write_csv, write_envelopes, write_resul
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.free_body.flight import simulate_free_system
+from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
@@ -29,6 +31,7 @@ from modalprep.pipeline.building.sources import (
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import Loaded, load
+from modalprep.pipeline.schema.system import SimulationTable, Theory
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
 from modalprep.report.tables import envelope_table
@@ -37,7 +40,7 @@ if TYPE_CHECKING:
     from modalprep.ensemble.record import Ensemble
     from modalprep.verdicts.verdict import Requirement
 
-LABELS = {
+LABELS: dict[Theory, str] = {
     "consistent": "with geometric stiffness",
     "no_geometric_stiffness": "conventional theory (without)",
     "ruthless": "linearised in the modes",
@@ -65,7 +68,7 @@ class Simulated:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know about the bodies, about each run and about the ensemble."""
+        """Notes on the bodies, on each run and on the ensemble."""
         runs = [f"{label}: {note}" for label, run in self.runs.items() for note in run.notes]
         return (*body_warnings(self.system.bodies), *runs, *(self.ensemble.notes if self.ensemble else ()))
 
@@ -85,13 +88,14 @@ def simulate_pipeline(
     Raises
     ------
     InputError
-        When the file has no [simulation] or names what is not there.
+        When the file has no [simulation], or names something unknown.
     SimulationError
-        When the integration cannot go on.
+        When the integration fails.
     """
     source = load(path)
     path, pipeline = source.path, source.pipeline
-    if pipeline.simulation is None:
+    simulation = pipeline.simulation
+    if simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     if any(table.response is None for table in pipeline.srs.values()):
         need("pyyeti", f"{path}: [srs]")
@@ -103,37 +107,52 @@ def simulate_pipeline(
     stem = folder / path.stem
     written = (target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html"))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run
-        from modalprep.pipeline.systems.ensembles import ensemble_audit, ensemble_files, simulate_ensemble
+        from modalprep.pipeline.systems.ensembles import ensemble_files
 
         written += tuple(ensemble_files(pipeline.ensemble, stem))
     refuse_overwriting(written, [*needed_files(source), *made_bodies(source, output)])
     refuse_before_work(source)
     system = read_system(source, output, reporter)
     refuse_channels(source, system)
-    theory = pipeline.simulation.chosen_theory
-    if theory == "consistent" and not geometric_stiffness:
-        theory = "no_geometric_stiffness"
-    others = ["no_geometric_stiffness"] if pipeline.simulation.compare_conventional else []
-    variants = {LABELS[name]: in_theory(system, name) for name in [theory, *others]}
-    runs = {label: _simulate(source, label, variant, reporter, reference) for label, variant in variants.items()}
+    theories = _theories(simulation, geometric_stiffness)
+    variants = {LABELS[theory]: in_theory(system, theory) for theory in theories}
+    events = read_events(pipeline.events)
+    runs: dict[str, Result] = {}
+    for label, variant in variants.items():
+        with reporter.progress(f"{path.name}: {label}", simulation.t_end, unit="s") as progress:
+            runs[label] = _simulate(simulation, events, variant, reference, progress)
+        _report(runs[label], reporter)
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     if own:
         mark_source(folder, path)
     files = [write_result(main, target, compared)]
-    files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
+    files.append(write_csv(main, _csv_beside(target), simulation.output))
     extremes = envelopes(main, system.bodies)
     if extremes:
         files.append(write_envelopes(extremes, _envelopes_beside(target)))
         envelope_table(extremes, reporter.console)
     for file in files:
         reporter.wrote(file)
-    audited = audits(main, pipeline.simulation.rtol, sum(body.m for body in system.bodies.values()))
+    audited = audits(main, simulation.rtol, sum(body.m for body in system.bodies.values()))
     ensemble = None
     if pipeline.ensemble is not None:
-        ensemble = simulate_ensemble(source, next(iter(variants.values())), main, stem, reporter)
+        from modalprep.pipeline.systems.ensembles import ensemble_audit, simulate_ensemble
+
+        varied = variants[LABELS[theories[0]]]
+        assert isinstance(varied, System)  # by the check of the file: [deployments] are not combined with [ensemble]
+        options = simulation.steps | {"events": events}
+        ensemble = simulate_ensemble(path, pipeline.ensemble, varied, options, main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
     return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
+
+
+def _theories(table: SimulationTable, geometric_stiffness: bool) -> list[Theory]:
+    """Return the theories of the runs, that of the main run first."""
+    theory = table.chosen_theory
+    if theory == "consistent" and not geometric_stiffness:
+        theory = "no_geometric_stiffness"
+    return [theory, "no_geometric_stiffness"] if table.compare_conventional else [theory]
 
 
 def _envelopes_beside(target: Path) -> Path:
@@ -146,21 +165,24 @@ def _csv_beside(target: Path) -> Path:
 
 
 def _simulate(
-    source: Loaded, label: str, system: System | DeployingSystem, reporter: Reporter, reference: bool
+    table: SimulationTable,
+    events: Sequence[Event],
+    system: System | DeployingSystem,
+    reference: bool,
+    progress: Callable[[float], None],
 ) -> Result:
-    s = source.pipeline.simulation
-    with reporter.progress(f"{source.path.name}: {label}", s.t_end, unit="s") as progress:
-        if isinstance(system, DeployingSystem):
-            if reference:
-                raise InputError("[deployments] have no reference implementation; leave out --reference")
-            run = simulate_deployment(system, **s.steps, progress=progress)
-        elif s.variables == "joint":
-            events = read_events(source.pipeline.events)
-            run = simulate(system, **s.steps, events=events, reference=reference, progress=progress)
-        elif reference:
-            raise InputError(f"variables = {s.variables!r} have no reference implementation; leave out --reference")
-        else:
-            run = simulate_free_system(system, **s.model_dump(include={"t_end", "output_step", "rtol", "variables"}))
+    if isinstance(system, DeployingSystem):
+        if reference:
+            raise InputError("[deployments] have no reference implementation; leave out --reference")
+        return simulate_deployment(system, **table.steps, progress=progress)
+    if table.variables == "joint":
+        return simulate(system, **table.steps, events=events, reference=reference, progress=progress)
+    if reference:
+        raise InputError(f"variables = {table.variables!r} have no reference implementation; leave out --reference")
+    return simulate_free_system(system, **table.model_dump(include={"t_end", "output_step", "rtol", "variables"}))
+
+
+def _report(run: Result, reporter: Reporter) -> None:
     momenta = f", momenta kept to {run.stats['momentum_error']:.0e}" if "momentum_error" in run.stats else ""
     reporter.say(
         f"  {run.message}; {run.stats['steps']:.0f} steps, "
@@ -168,4 +190,3 @@ def _simulate(
     )
     for note in run.notes:
         reporter.note(note)
-    return run
