@@ -82,7 +82,8 @@ def row_acceleration(cons, work, i, udot):
             if cons.terms[k].row == i and cons.terms[k].x >= 0:
                 total += cons.terms[k].factor * udot[cons.terms[k].u]
         return total
-    a, b = work.ends[cons.rows[i].a].acceleration, work.ends[cons.rows[i].b].acceleration
+    a = work.ends[cons.rows[i].a].acceleration
+    b = work.ends[cons.rows[i].b].acceleration
     along = dot3(line_of_action(work, i, 0), axpy3(get3(b), -1.0, get3(a)))
     on_a = dot3(line_of_action(work, i, 3), get_angular(a))
     return along + on_a + dot3(line_of_action(work, i, 6), get_angular(b))
