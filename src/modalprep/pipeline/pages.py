@@ -22,7 +22,8 @@ def page_of_body(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
     from modalprep.pipeline.building.described import body_inputs
     from modalprep.report.page import BodyPage, write_page
 
-    built, drawn, run, exported = outcome.built, outcome.body_drawn, outcome.run_drawn, outcome.exported
+    built, exported = outcome.built, outcome.exported
+    drawn, run = outcome.body_drawn, outcome.run_drawn
     assert built is not None  # of a file with a body
     assert drawn is not None
     assert exported is not None
@@ -69,7 +70,8 @@ def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
     from modalprep.report.run_page.page import RunPage, write_run_page
 
     pipeline = source.pipeline
-    simulated, table, drawn = outcome.simulated, pipeline.simulation, outcome.run_drawn
+    simulated, drawn = outcome.simulated, outcome.run_drawn
+    table = pipeline.simulation
     assert simulated is not None  # of a file with a run
     assert table is not None
     assert drawn is not None

@@ -120,7 +120,8 @@ def _unit_forces(cons, model, data, work):
             line = work.groups[at(k)].line
             total = work.bundles[at(group.bundle)].free
             f = get_lanes3(line, 0)
-            entry, adds, torque = group.entry_b, group.accumulates_b, group.kind == ANGLE or group.kind == ABOUT
+            torque = group.kind == ANGLE or group.kind == ABOUT
+            entry, adds = group.entry_b, group.accumulates_b
             _force_on_end(cons, model, data, work, total, entry, adds, group.b, f, line, 24, torque)
             f = (-1.0 * f[0], -1.0 * f[1], -1.0 * f[2])
             entry, adds = group.entry_a, group.accumulates_a
