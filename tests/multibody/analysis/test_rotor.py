@@ -110,3 +110,4 @@ def test_errors_count_relative_to_their_column():
     error[:] = 0.0
     error[0, 2] = 1e-8  # damping that is not there, beside a rate of 1e3/s: counts as 1e-6 of this rate
     assert _column_error(error, of, np.ones(2)) == pytest.approx(1e-8 / (1e-6 * 1e3))
+    assert _column_error(np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)) == 0.0  # a free body at rest

@@ -39,7 +39,8 @@ def jacobian(function: Callable, steps: np.ndarray) -> tuple[np.ndarray, np.ndar
     """
     columns = [_column(function, step * unit, step) for step, unit in zip(steps, np.eye(len(steps)), strict=True)]
     if not columns:
-        return (np.zeros((len(function(np.zeros(0))), 0)),) * 2
+        none = np.zeros((len(function(np.zeros(0))), 0))
+        return none, none
     return np.column_stack([c[0] for c in columns]), np.column_stack([c[1] for c in columns])
 
 
@@ -69,8 +70,10 @@ def _column(function: Callable, step: np.ndarray, size: float) -> tuple[np.ndarr
 
 def _largest_step(slope: Callable) -> tuple[float, list[np.ndarray]]:
     """Return the first of the steps 1, 1/8, 1/64, ... with a finite slope (else the last), and that slope."""
-    for h in 0.125 ** np.arange(SHORTER):
-        first = slope(h)
+    h, first = 1.0, slope(1.0)
+    for _ in range(SHORTER - 1):
         if np.all(np.isfinite(first)):
             break
+        h *= 0.125
+        first = slope(h)
     return h, [first]

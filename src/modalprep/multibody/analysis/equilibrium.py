@@ -142,7 +142,8 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     y = evaluator.start.copy()
     y[evaluator.nx :] = 0.0
     _refuse_moving_loops(evaluator, y, steady)
-    for steps in range(MAX_STEPS):
+    steps = 0
+    while True:
         at = _State(Chart(evaluator, y), steady)
         g = at.force(np.zeros(at.n))
         K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
@@ -151,7 +152,9 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
         y = at.y(_length(at, step, g) * step)
         if np.abs(step).max(initial=0.0) <= CONVERGED:
             return _found(at, K / np.outer(at.scale, at.scale), lowest > 0, steps)
-    raise SimulationError(_no_balance(at, g))
+        steps += 1
+        if steps == MAX_STEPS:
+            raise SimulationError(_no_balance(at, g))
 
 
 class _State:

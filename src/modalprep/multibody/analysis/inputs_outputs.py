@@ -157,6 +157,7 @@ def _recovered(evaluator: Evaluator, name: str) -> Callable[[np.ndarray], float]
     """Return a recovered quantity, with the loads of the inputs."""
     seen = RecoveredState(evaluator.system, evaluator.packed, evaluator.loops)
     value = seen.reader(name, "output")
+    assert value is not None  # the name is that of a recovery
     eq = build_equations(evaluator.packed, evaluator.loading, evaluator.data)
 
     def read(y: np.ndarray) -> float:

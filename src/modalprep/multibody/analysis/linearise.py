@@ -22,6 +22,7 @@ from modalprep.vectors import skew
 
 WORST = 1e-6  # relative error of a derivative, above which there is no answer
 NEGLIGIBLE = 1e-6
+SLOWEST = 1e-3  # 1/s, the fastest motion of a system counts as at least this fast: the rate of a low orbit
 
 
 def linearise(
@@ -200,7 +201,7 @@ def _column_error(error: np.ndarray, of: np.ndarray, scale: np.ndarray) -> float
     """
     n = len(of)
     size = np.abs(of) * np.tile(scale, 2) / scale[:, None]
-    rate = max(np.sqrt(size[:, :n].max(initial=0.0)), size[:, n:].max(initial=0.0), np.finfo(float).tiny)
+    rate = max(np.sqrt(size[:, :n].max(initial=0.0)), size[:, n:].max(initial=0.0), SLOWEST)
     least = NEGLIGIBLE * np.repeat([rate**2, rate], n)
     columns = np.maximum(size.max(axis=0, initial=0.0), least)
     return float((error * np.tile(scale, 2) / scale[:, None] / columns).max(initial=0.0))

@@ -114,4 +114,4 @@ def frequency_response(linear: StateSpace, frequency: VectorLike) -> NDArray[np.
         moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
     except np.linalg.LinAlgError:
         raise InputError("a frequency is an undamped pole; change it, or add damping") from None
-    return linear.C @ moved + linear.D
+    return np.asarray(linear.C @ moved + linear.D, dtype=np.complex128)

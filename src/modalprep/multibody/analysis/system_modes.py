@@ -100,7 +100,7 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     )
 
 
-def _once(values: np.ndarray, error: np.ndarray) -> np.ndarray:
+def _once(values: NDArray[np.complex128], error: np.ndarray) -> np.ndarray:
     """Set roots within their error to zero; return the index of one of each pair, by ascending magnitude."""
     values[np.abs(values) <= UNCERTAIN * error] = 0.0
     values.imag[np.abs(values.imag) <= 1e-9 * np.abs(values)] = 0.0

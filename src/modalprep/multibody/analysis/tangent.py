@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eig
 
 from modalprep.errors import SimulationError
@@ -30,8 +31,8 @@ NOT_POSITIVE = (
 class Roots:
     """Eigenvalues (k,), vectors ``(x, u)`` (2 n, k), and the first-order error of each (k,)."""
 
-    values: np.ndarray
-    vectors: np.ndarray
+    values: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
     error: np.ndarray
 
 

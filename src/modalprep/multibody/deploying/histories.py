@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from modalprep.multibody.deploying.system import DeployingSystem
@@ -21,7 +23,7 @@ class Histories:
         self.names = {f"{d.name}.displacement": f"{d.name}.length" for d in system.deployments}
         self.names |= {f"{d.name}.drive": f"{d.name}.tension" for d in system.deployments}
 
-    def add(self, columns: dict, rows: np.ndarray) -> None:
+    def add(self, columns: Mapping[str, int | slice], rows: np.ndarray) -> None:
         """Add the rows of a phase."""
         here = slice(self.count, self.count + len(rows))
         for name, own in columns.items():

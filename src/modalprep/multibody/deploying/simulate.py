@@ -10,6 +10,7 @@ recorded in ``energy.events``.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy
@@ -107,11 +108,12 @@ class Run:
         self, system: DeployingSystem, times: np.ndarray, tolerances: dict, method: str, shortest_event: float | None
     ) -> None:
         self.system, self.times = system, times
-        self.intervals = [None if d.deployed_length is None else smooth_intervals(d) for d in system.deployments]
-        self.samples = [None if d.deployed_length is None else samples(d, times[-1]) for d in system.deployments]
+        prescribed = {k: d for k, d in enumerate(system.deployments) if d.deployed_length is not None}
+        self.intervals = {k: smooth_intervals(d) for k, d in prescribed.items()}
+        self.samples = {k: samples(d, times[-1]) for k, d in prescribed.items()}
         self.histories = Histories(system, times)
         self.settings = RunSettings(system, times, self.histories, tolerances, method, shortest_event)
-        self.stats: dict[str, str | int | float] = {}
+        self.stats: dict[str, Any] = {}
         self.events: dict[str, list[float]] = {}
         stages = [first_stage(d) for d in system.deployments]
         hinges = [_start_values(d, stage) for d, stage in zip(system.deployments, stages, strict=True)]
@@ -139,7 +141,7 @@ class Run:
             if stage.stopped:
                 continue
             found.append(Change(max(d.stop_time, self.phase.t), k, STOP))
-            if d.deployed_length is not None:
+            if k in self.intervals:
                 found.append(Change(self.intervals[k][0][0], k, RATE_JUMP))
                 found.append(next_exit(d, k, stage.range(d), self.phase.t, self.samples[k]))
         return min(found, key=lambda change: change.t)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -170,8 +171,10 @@ def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.nd
 
 def _slider(d: Deployment, stage: Stage) -> Joint:
     out, speed = d.start
-    moves = {"displacement": out, "speed": speed} if stage.length is None else {"motion": stage.length}
-    if stage.length is None and d.deployed_length is None:
+    moves: dict[str, Any] = {"displacement": out, "speed": speed}
+    if stage.length is not None:
+        moves = {"motion": stage.length}
+    elif d.tension is not None:  # the deployed length is free
         moves["elements"] = (HingeElement(damping=d.brake, drive=-d.tension),)
     ends = {"parent": f"{d.exit_body}.sleeve", "child": f"{d.name}{stage.rods}"}
     return Joint(name=d.name, type="prismatic", axis=EYE[0], **ends, **moves)
