@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import sys
 from importlib import import_module
 
 TYPE_CHECKING = False
@@ -11,9 +9,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-IMPORT = re.compile(r"^    from (modalprep\.\S+) import (\w+) as \2$", re.MULTILINE)
-WHOLE = re.compile(r"^    from (modalprep\.\S+) import \*", re.MULTILINE)
-LISTED = re.compile(r"^__all__ = \[(.*?)\]", re.MULTILINE | re.DOTALL)
 # those with public names
 PACKAGES = (
     "fe",
@@ -50,15 +45,34 @@ def lazy(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], l
 
 
 def _imported(package: str) -> dict[str, str]:
-    """Return the module of each name that the source of a package imports for type checkers."""
-    loader: Any = sys.modules[package].__loader__
-    source = loader.get_source(package)
-    found = {name: module for module, name in IMPORT.findall(source)}
-    for module in WHOLE.findall(source):
-        file = module.removeprefix(f"{package}.").replace(".", "/")
-        text = loader.get_data(f"{loader.path.removesuffix('__init__.py')}{file}.py").decode()
-        found |= dict.fromkeys(re.findall(r"\w+", LISTED.findall(text)[0]), module)
+    """Return the module of each name that the source of a package imports for type checkers.
+
+    Its lines are ``from module import name as name``, or ``from module import *``.
+    """
+    found = {}
+    for words in map(str.split, _source(package).splitlines()):
+        if words[:1] != ["from"] or not words[1].startswith("modalprep."):
+            continue
+        if words[3] == "*":
+            found |= dict.fromkeys(_listed(_source(words[1])), words[1])
+        elif words[4:] == ["as", words[3]]:
+            found[words[3]] = words[1]
     return found
+
+
+def _source(module: str) -> str:
+    """Return the text of a module of this package, without importing it."""
+    folder = __file__.removesuffix("lazy.py")
+    place = module.removeprefix("modalprep").lstrip(".").replace(".", "/")
+    name = "__init__" if module in ("modalprep", *(f"modalprep.{each}" for each in PACKAGES)) else ""
+    loader: Any = __loader__
+    return loader.get_data(f"{folder}{place}{'/' if place and name else ''}{name}.py").decode()
+
+
+def _listed(source: str) -> list[str]:
+    """Return the names in ``__all__`` of a source."""
+    text = source.partition("\n__all__ = [")[2].partition("]")[0]
+    return [name.strip().strip("\"'") for name in text.split(",") if name.strip()]
 
 
 def public_homes() -> dict[str, str]:

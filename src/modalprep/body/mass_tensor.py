@@ -38,7 +38,7 @@ def nearest_mass_tensor(field: np.ndarray, affine: np.ndarray, modal_mass: np.nd
     >>> from modalprep.body.mass import affine_part
     >>> from modalprep.examples import uniform_beam
     >>> beam = uniform_beam(modes=2)
-    >>> found = nearest_mass_tensor(beam.P + beam.Kg_W, affine_part(beam).first, np.eye(2))
+    >>> found = nearest_mass_tensor(beam.P + beam.Kg_W, affine_part(beam).B, np.eye(2))
     >>> bool(np.allclose(found, beam.P, atol=1e-2))  # its geometric stiffness is nearly tension alone
     True
     """

@@ -110,8 +110,8 @@ def test_animation_returns_to_its_start(cantilever, tmp_path):
 
 @needs_drawing
 def test_unknown_cells_are_named(cantilever, tmp_path):
-    body = cantilever.with_(cells={"quad16": np.arange(16)[None]})
-    with pytest.raises(RenderError, match="cells of type quad16 cannot be drawn"):
+    body = cantilever.with_(cells={"polygon": np.arange(16)[None]})
+    with pytest.raises(RenderError, match="cells of type polygon cannot be drawn"):
         render.render_mesh(body, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []
 

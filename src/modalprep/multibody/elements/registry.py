@@ -111,7 +111,6 @@ def _none(kind: ElementKind) -> Any:
     return kind.pack(Packer(None, None), ())
 
 
-@cache
 def _motions(packer: Packer) -> list[tuple[int, int]]:
     return [
         (i, packer.table(f"joint {link.joint.name!r}: motion", link.joint.motions[link.hinge]))

@@ -16,7 +16,7 @@ ClosingJoint = Literal["weld", "revolute", "prismatic", "cylindrical", "universa
 AT_INTERFACE = "the interface of the parent is its place, so leave it out"
 
 
-class Kind(NamedTuple):
+class JointKind(NamedTuple):
     """How one link moves.
 
     Attributes
@@ -46,12 +46,12 @@ class Kind(NamedTuple):
 # SLIDING moves along its axis, PRESCRIBED along or about it, by the link's `along` and `about`.
 WELD, REVOLUTE, SLIDING, SPHERICAL, FREE, PRESCRIBED = range(6)
 KINDS = (
-    Kind("weld"),
-    Kind("single_axis", 1, 1),
-    Kind("single_axis", 1, 1, translations=1),
-    Kind("spherical", 4, 3, quaternion=0),
-    Kind("free", 7, 6, translations=3, quaternion=3),
-    Kind("prescribed"),
+    JointKind("weld"),
+    JointKind("single_axis", 1, 1),
+    JointKind("single_axis", 1, 1, translations=1),
+    JointKind("spherical", 4, 3, quaternion=0),
+    JointKind("free", 7, 6, translations=3, quaternion=3),
+    JointKind("prescribed"),
 )
 TRANSLATIONAL = tuple(kind.translations for kind in KINDS)
 NAMED = tuple(code for code, kind in enumerate(KINDS) if kind.named)

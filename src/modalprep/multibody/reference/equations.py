@@ -213,7 +213,7 @@ RELATIVE = {
     "prescribed": _prescribed,
     "spherical": _spherical,
     "free": _free,
-}  # by `Kind.file`
+}  # by `JointKind.file`
 
 
 def _hinged(frame: _Frame, first: int, moved: _Relative) -> _Frame:
