@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import modalprep as mp
-from modalprep.examples import beam_mesh
+from modalprep.examples import beam_mesh, uniform_beam
 from modalprep.multibody.analysis.linearise import _column_error
 
 # Friswell, Penny, Garvey, Lees, Dynamics of Rotating Machines, Cambridge 2010, example 5.9.1: six equal elements
@@ -111,3 +111,16 @@ def test_errors_count_relative_to_their_column():
     error[0, 2] = 1e-8  # damping that is not there, beside a rate of 1e3/s: counts as 1e-6 of this rate
     assert _column_error(error, of, np.ones(2)) == pytest.approx(1e-8 / (1e-6 * 1e3))
     assert _column_error(np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)) == 0.0  # a free body at rest
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+@pytest.mark.parametrize("drive", [(), ("0.1",)])
+def test_accelerations_are_rates_of_velocities(gravity, drive):
+    """``a = v'`` as outputs of a turning flexible beam, with and without loads and elements at its hinge."""
+    elements = tuple(mp.multibody.HingeElement(drive=each) for each in drive)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", rate=2.0, elements=elements)
+    system = mp.System(bodies={"beam": uniform_beam(modes=3)}, joints=(hinge,), gravity=[0.0, -gravity, 0.0])
+    outputs = [f"beam.tip.{what}.{axis}" for axis in "xy" for what in ("velocity", "acceleration")]
+    linear = mp.linearise(system, inputs=["hinge"], outputs=outputs)
+    assert linear.D[1::2] == pytest.approx(linear.C[::2] @ linear.B, rel=1e-9, abs=1e-12)
+    assert linear.error < 1e-9

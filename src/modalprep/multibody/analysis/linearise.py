@@ -12,7 +12,7 @@ from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.inputs_outputs import Input, needs_accelerations, output
 from modalprep.multibody.analysis.state_space import StateSpace
-from modalprep.multibody.analysis.tangent import PLACE_STEP, SPEED_STEP, GivenAccelerations, Tangent, tangent
+from modalprep.multibody.analysis.tangent import ADVICE, PLACE_STEP, SPEED_STEP, GivenAccelerations, Tangent, tangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.joint_types import KINDS
@@ -21,7 +21,7 @@ from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 WORST = 1e-6  # relative error of a derivative, above which there is no answer
-NEGLIGIBLE = 1e-6
+NEGLIGIBLE = 1e-6  # of what the fastest motion makes: the least that a column counts as
 SLOWEST = 1e-3  # 1/s, the fastest motion of a system counts as at least this fast: the rate of a low orbit
 
 
@@ -112,7 +112,7 @@ def linear_equations(
     if error > WORST:
         raise SimulationError(
             f"cannot linearise: the derivatives are accurate to {error:.0e} of their largest only, which is above "
-            f"{WORST:.0e}; keep fewer modes and truncation vectors, or use another state"
+            f"{WORST:.0e}; {ADVICE}"
         )
     linear = StateSpace(
         A=np.vstack([np.hstack([equations.N, np.eye(n)]), A]),
@@ -159,9 +159,9 @@ class Outputs:
             force[chart.independent] = self.given.force(state, self.given.own + z[2 * n : 3 * n], push)
         evaluator.load(state)
         world(model, data)
-        tau = push()
+        tau = push() + force
         if self.dynamic:
-            evaluator.push(force)
+            evaluator.push_modes(force)
             evaluator.accelerations(tau)
         return np.array([function(state) for function in self.read])
 
@@ -172,6 +172,8 @@ class Outputs:
     def matrices(self, A: np.ndarray, A_error: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return C, D and the estimated errors of C, for accelerations ``A z + B i``."""
         n, count = B.shape
+        if not self.read:
+            return np.zeros((0, 2 * n)), np.zeros((0, count)), np.zeros((0, 2 * n))
         scale = self.given.evaluator.scale[self.given.chart.independent]
         steps = np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale])
         if self.dynamic:

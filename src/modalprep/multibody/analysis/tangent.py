@@ -21,10 +21,8 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
 EPS = np.finfo(float).eps
-NOT_POSITIVE = (
-    "cannot linearise: the mass matrix is not positive definite at this state; keep fewer modes and truncation "
-    "vectors, or use another state"
-)
+ADVICE = "keep fewer modes and truncation vectors, or use another state"
+NOT_POSITIVE = f"cannot linearise: the mass matrix is not positive definite at this state; {ADVICE}"
 
 
 @dataclass(frozen=True)

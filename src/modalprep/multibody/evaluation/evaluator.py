@@ -225,9 +225,8 @@ class Evaluator:
         required_forces(self.packed.model, self.data, udot, out)
         return out - tau
 
-    def push(self, force: np.ndarray) -> None:
-        """Add generalised forces ``force (nu,)`` to the loads, after `load`."""
-        self.loading.tau += force
+    def push_modes(self, force: np.ndarray) -> None:
+        """Add the modal rows of generalised forces ``force (nu,)`` to the loads, after `load`, which clears them."""
         for link in self.packed.model.links:
             if link.modes:
                 self.data.modal.load[link.slot, : link.modes] += force[link.uq : link.uq + link.modes]
