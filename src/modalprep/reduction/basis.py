@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, cg
 
-from modalprep.errors import AccuracyError
+from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import eigh, inner, product
 from modalprep.linalg.ritz import ritz
@@ -18,6 +18,7 @@ from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
+from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import with_warnings
 
 DEPENDENT = 1e-14  # share of mass of a combination of unit vectors: round-off
@@ -91,6 +92,16 @@ class Reduction(Record):
         """Method, size and frequency range, and the warnings."""
         band = f", {self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if len(self.frequency) else ""
         return with_warnings(f"Reduction({self.method}, {len(self.frequency)} coordinates{band})", self.notes)
+
+
+def refuse_no_body(what: str, model: FEModel) -> None:
+    """Refuse what is no model, and a model without mass, which no body can be made of."""
+    refuse_other(f"{what}: the model", FEModel, model)
+    if not model.rigid.m > 0:
+        raise InputError(
+            f"{what}: the model has no mass, for no material has a density and no element a mass of its own; "
+            "give rho of [materials], the density in the deck, or point masses"
+        )
 
 
 def reduced(

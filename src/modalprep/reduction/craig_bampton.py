@@ -12,7 +12,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
-from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, rigid_totals
+from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, refuse_no_body, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
@@ -21,7 +21,7 @@ from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
 from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, OF_INTERFACE, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
-from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.suggest import refuse_unknown
 from modalprep.verdicts.notes import told
 
 BUILT_IN = ("interfaces", "inertia")  # loads that every body has
@@ -55,7 +55,7 @@ def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) ->
     >>> guyan(cantilever_model(tip="fixed"))
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
-    refuse_other("guyan: the model", FEModel, model)
+    refuse_no_body("guyan", model)
     clamped = clamp(model, solver, algebra)
     table = with_constraint_modes(ModeTable.empty(rigid_totals(model)), model)
     return reduced("guyan", clamped, clamped.constraint_shapes, table, ())
@@ -128,7 +128,7 @@ def craig_bampton(
     >>> red.table.kind[:2], red.table.reason[0]
     (('fixed-interface', 'fixed-interface'), 'effective mass 97.1% in rz > 1%')
     """
-    refuse_other("craig_bampton: the model", FEModel, model)
+    refuse_no_body("craig_bampton", model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     clamped = clamp(model, solver, algebra)

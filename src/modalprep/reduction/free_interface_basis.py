@@ -9,7 +9,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
-from modalprep.reduction.basis import Reduction, Spans, reduced, rigid_totals
+from modalprep.reduction.basis import Reduction, Spans, reduced, refuse_no_body, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp, unit_loads
 from modalprep.reduction.craig_bampton import with_constraint_modes
 from modalprep.reduction.notes import completeness, fewer_modes, more_modes
@@ -18,7 +18,6 @@ from modalprep.reduction.recoveries.shares import Share, recovery_shares
 from modalprep.reduction.recoveries.unit_loads import ACCELERATION, floating_loads
 from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
-from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
@@ -78,7 +77,7 @@ def free_interface(
     >>> free_interface(cantilever_model(), modes=4).table.kind[:5]
     ('free-interface', 'free-interface', 'free-interface', 'free-interface', 'attachment')
     """
-    refuse_other("free_interface: the model", FEModel, model)
+    refuse_no_body("free_interface", model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     clamped = clamp(model, solver, algebra)
@@ -184,7 +183,7 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     >>> guyan(model).frequency[0] > improved_guyan(model).frequency[0]
     np.True_
     """
-    refuse_other("improved_guyan: the model", FEModel, model)
+    refuse_no_body("improved_guyan", model)
     clamped = clamp(model, solver, algebra)
     T = np.zeros((clamped.K.shape[0], len(clamped.b)))
     T[clamped.b, np.arange(len(clamped.b))], T[clamped.i] = 1.0, clamped.Psi

@@ -87,7 +87,7 @@ def wrong_family(points, quads, lines):
 
 
 def zero_density(points, quads, lines):
-    return points, quads, None, TOML.replace("7800.0", "0.0"), ["[materials.steel]", "rho = 0 must be positive"]
+    return points, quads, None, TOML.replace("7800.0", "0.0"), ["the model has no mass", "give rho of [materials]"]
 
 
 def zero_thickness(points, quads, lines):

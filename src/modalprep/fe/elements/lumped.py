@@ -117,7 +117,7 @@ def nodal_masses(block: Block) -> np.ndarray:
     ne, nn = block.nodes.shape
     rows = mass.g.reshape(ne, nn, block.components, 3)[:, :, 0, 0]
     total = rows.sum(axis=1, keepdims=True)
-    if np.all(rows > 1e-9 * total):
+    if np.all(rows >= 1e-9 * total):
         return rows
     diagonal = _diagonal(mass, ne, nn)
     return diagonal * total / diagonal.sum(axis=1, keepdims=True)

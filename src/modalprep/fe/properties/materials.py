@@ -23,12 +23,12 @@ class Material:
     nu : float
         Poisson's ratio, between -1 and 0.5.
     rho : float
-        Density, kg/m^3.
+        Density, kg/m^3; zero where the mass comes from elsewhere.
 
     Raises
     ------
     InputError
-        When E or rho is not positive, or nu is outside its range.
+        When E is not positive, rho is negative, or nu is outside its range.
 
     Examples
     --------
@@ -42,7 +42,8 @@ class Material:
 
     def __post_init__(self) -> None:
         """Refuse values no material has."""
-        refuse_not_positive("material", E=self.E, rho=self.rho)
+        refuse_not_positive("material", E=self.E)
+        refuse_no_density(self.rho)
         if not -1 < self.nu < 0.5:
             raise InputError(f"material nu = {self.nu:g} must lie between -1 and 0.5")
 
@@ -65,7 +66,7 @@ class Orthotropic:
     G12, G13, G23 : float
         Shear moduli, Pa.
     rho : float
-        Density, kg/m^3.
+        Density, kg/m^3; zero where the mass comes from elsewhere.
 
     Raises
     ------
@@ -93,9 +94,8 @@ class Orthotropic:
 
     def __post_init__(self) -> None:
         """Refuse values no material has."""
-        refuse_not_positive(
-            "material", **{name: getattr(self, name) for name in ("E1", "E2", "G12", "G13", "G23", "rho")}
-        )
+        refuse_not_positive("material", **{name: getattr(self, name) for name in ("E1", "E2", "G12", "G13", "G23")})
+        refuse_no_density(self.rho)
         if not self.nu12**2 < self.E1 / self.E2:
             raise InputError(f"material nu12 = {self.nu12:g} must stay below the root of E1/E2 = {self.E1 / self.E2:g}")
 
@@ -113,7 +113,7 @@ class Orthotropic3D:
     G12, G13, G23 : float
         Shear moduli, Pa.
     rho : float
-        Density, kg/m^3.
+        Density, kg/m^3; zero where the mass comes from elsewhere.
 
     Raises
     ------
@@ -145,8 +145,9 @@ class Orthotropic3D:
 
     def __post_init__(self) -> None:
         """Refuse values no material has."""
-        names = ("E1", "E2", "E3", "G12", "G13", "G23", "rho")
+        names = ("E1", "E2", "E3", "G12", "G13", "G23")
         refuse_not_positive("material", **{name: getattr(self, name) for name in names})
+        refuse_no_density(self.rho)
         if not np.linalg.eigvalsh(self._compliance()[:3, :3])[0] > 0:
             ratios = f"nu12 = {self.nu12:g}, nu13 = {self.nu13:g}, nu23 = {self.nu23:g}"
             raise InputError(f"material {ratios}: some strain has no positive energy; nu_ij^2 must stay below E_i/E_j")
@@ -173,7 +174,7 @@ class Anisotropic:
         Upper triangle, row by row, of the stiffness of strains 11, 22, 33, 12, 23, 13 (engineering shear), Pa; the
         order of Nastran's MAT9.
     rho : float
-        Density, kg/m^3.
+        Density, kg/m^3; zero where the mass comes from elsewhere.
 
     Raises
     ------
@@ -192,7 +193,7 @@ class Anisotropic:
 
     def __post_init__(self) -> None:
         """Refuse values no material has."""
-        refuse_not_positive("material", rho=self.rho)
+        refuse_no_density(self.rho)
         if len(self.C) != 21 or not all(math.isfinite(c) for c in self.C):
             raise InputError(f"material C has {len(self.C)} numbers; give the 21 of the upper triangle, row by row")
         if not np.linalg.eigvalsh(self.moduli())[0] > 0:
@@ -217,3 +218,10 @@ def refuse_not_positive(what: str, **values: float) -> None:
         if not 0 < value < LARGEST:
             wanted = "positive" if not value > 0 else f"below {LARGEST:g}"
             raise InputError(f"{what} {name} = {value:g} must be {wanted}; give SI units (Pa, kg/m^3, m, m^2, m^4)")
+
+
+def refuse_no_density(rho: float) -> None:
+    """Raise InputError when a density is negative or no number; zero is that of a part without mass."""
+    if not 0 <= rho < LARGEST:
+        wanted = "zero or positive" if not rho > 0 else f"below {LARGEST:g}"
+        raise InputError(f"material rho = {rho:g} must be {wanted}; give SI units (kg/m^3)")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-RHO_MIN = 1e-6  # kg/m^3: stands for the zero density that other programs allow and Material does not
-
 
 @dataclass(frozen=True, kw_only=True)
 class Units:

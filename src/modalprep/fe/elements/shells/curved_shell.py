@@ -239,7 +239,7 @@ class CurvedShell(Block):
     def _height(self) -> np.ndarray:
         """Height ``(ne,)`` of the surface of the mass over the nodes, m."""
         s = shell_section(self.section)
-        return self.offset + s.first / s.mass
+        return self.offset + s.lift
 
     def _samples(self) -> NodalFunctions:
         """Samples of the surface of the mass, then of the thickness about it."""
@@ -256,7 +256,7 @@ class CurvedShell(Block):
         at = N @ (self.x + (height - self.offset)[:, None, None] * self.normal)
         return NodalFunctions(
             weight=np.concatenate(
-                [(nsm + (s.mass - nsm) * ratio) * dx, (s.second - s.first**2 / s.mass) * ratio**3 * dx], axis=1
+                [(nsm + (s.mass - nsm) * ratio) * dx, (s.second - s.first * s.lift) * ratio**3 * dx], axis=1
             ),
             unit=np.repeat([1.0, 0.0], len(N)),
             position=np.concatenate([at, N @ self.normal], axis=1),

@@ -268,7 +268,7 @@ class FlatShell(Block):
     @property
     def _lift(self) -> float:
         """Height of the mass over the mid-surface, m."""
-        return self._section.first / self._section.mass
+        return self._section.lift
 
     @property
     def _counts(self) -> list[int]:

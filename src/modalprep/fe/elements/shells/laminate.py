@@ -43,6 +43,11 @@ class ShellSection:
     second: float
     third: np.ndarray
 
+    @property
+    def lift(self) -> float:
+        """Height of the mass over the mid-surface, m; zero without mass."""
+        return self.first / self.mass if self.mass else 0.0
+
 
 def shell_section(shell: Shell) -> ShellSection:
     """Return the section of a homogeneous sheet or a laminate; an analytic function of moduli and thicknesses."""

@@ -13,7 +13,6 @@ from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.materials import isotropic
 from modalprep.fe.readers.abaqus.profiles import SHAPES, Profile
 from modalprep.fe.readers.abaqus.sections import give, section_set
-from modalprep.fe.readers.units import RHO_MIN
 
 SLIGHT = 1e-6  # of the larger moment, for one that is zero
 
@@ -50,8 +49,8 @@ def beam_general_section(deck: Deck, block: Block) -> None:
     text = block.options.get("DENSITY", "")
     rho = Row([text], block.file, block.line).real(0, "DENSITY", 0.0) * deck.units.density
     if not rho:
-        deck.note(f"beams of {block.options['ELSET']} have no DENSITY: they get {RHO_MIN:g} kg/m^3")
-    made = block.made(Material, E=E * deck.units.stress, nu=nu, rho=rho or RHO_MIN)
+        deck.note(f"beams of {block.options['ELSET']} have no DENSITY: they have no mass")
+    made = block.made(Material, E=E * deck.units.stress, nu=nu, rho=rho)
     _finish(deck, block, keys, profile, second, made, G / made.G * deck.units.stress)
 
 

@@ -11,7 +11,6 @@ from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.geometry import frame
 from modalprep.fe.readers.abaqus.lexer import Block, Row
-from modalprep.fe.readers.units import RHO_MIN
 
 CONSTANTS = {"ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21}
 SPELLINGS = {
@@ -131,8 +130,8 @@ def _elastic_of(deck: Deck, block: Block | Row, scope: str, name: str) -> tuple[
         substance.block.refuse(f"{substance.name} has no *ELASTIC, which its section needs; add its constants")
     rho = substance.density * deck.units.density
     if not rho:
-        deck.note(f"material {substance.name} has no density: it gets {RHO_MIN:g} kg/m^3")
-    return substance, deck.units.stress, rho or RHO_MIN
+        deck.note(f"material {substance.name} has no density: its elements have no mass")
+    return substance, deck.units.stress, rho
 
 
 def isotropic(deck: Deck, block: Block, name: str) -> Material:

@@ -8,7 +8,7 @@ from typing import Any
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.readers.ansys.deck import Deck, Element
-from modalprep.fe.readers.units import RHO_MIN, Units
+from modalprep.fe.readers.units import Units
 
 POISSON = 0.3  # Ansys takes it where none is given
 
@@ -29,21 +29,21 @@ class Materials:
         nu12 = _major(values, "XY")
         moduli = {"E1": E1, "E2": E2, **_shears(values)}
         moduli = {name: x * self.units.stress for name, x in moduli.items()}
-        return self._made(element, number, Orthotropic, nu12=nu12, rho=self._density(values), **moduli)
+        return self._made(element, number, Orthotropic, nu12=nu12, rho=self._density(number, values), **moduli)
 
     def solid(self, element: Element, number: int) -> Material | Orthotropic3D | Anisotropic:
         """Return the material of a solid."""
         table = self.deck.materials.get(number, {})
         if "C1" in table:
             C = tuple(table.get(f"C{k}", 0.0) * self.units.stress for k in range(1, 22))
-            return self._made(element, number, Anisotropic, C=C, rho=self._density(table))
+            return self._made(element, number, Anisotropic, C=C, rho=self._density(number, table))
         values = self._values(element, number)
         if not _is_orthotropic(values):
             return self.isotropic(element, number)
         moduli = {f"E{k}": values.get(name) or values["EX"] for k, name in enumerate(("EX", "EY", "EZ"), 1)}
         moduli = {name: x * self.units.stress for name, x in (moduli | _shears(values)).items()}
         ratios = {"nu12": _major(values, "XY"), "nu23": _major(values, "YZ"), "nu13": _major(values, "XZ")}
-        return self._made(element, number, Orthotropic3D, rho=self._density(values), **moduli, **ratios)
+        return self._made(element, number, Orthotropic3D, rho=self._density(number, values), **moduli, **ratios)
 
     def isotropic(self, element: Element, number: int) -> Material:
         """Return the material of a beam, a link or an isotropic solid."""
@@ -58,7 +58,7 @@ class Materials:
             if not values.get("GXY"):
                 self.deck.note(f"material {number} has no Poisson's ratio; 0.3 is taken, as in Ansys")
         return self._made(
-            element, number, Material, E=values["EX"] * self.units.stress, nu=nu, rho=self._density(values)
+            element, number, Material, E=values["EX"] * self.units.stress, nu=nu, rho=self._density(number, values)
         )
 
     def _values(self, element: Element, number: int) -> dict[str, float]:
@@ -67,11 +67,11 @@ class Materials:
             raise self.deck.error(element, f"material {number} has no EX; add its MP or MPDATA")
         return values
 
-    def _density(self, values: dict[str, float]) -> float:
+    def _density(self, number: int, values: dict[str, float]) -> float:
         rho = values.get("DENS", 0.0) * self.units.density
         if not rho:
-            self.deck.note(f"materials without density get {RHO_MIN:g} kg/m^3")
-        return rho or RHO_MIN
+            self.deck.note(f"material {number} has no density: its elements have no mass but added one")
+        return rho
 
     def _made(self, element: Element, number: int, kind: type, **values: Any) -> Any:
         try:

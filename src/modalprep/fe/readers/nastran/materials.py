@@ -10,7 +10,7 @@ from typing import Any
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.units import RHO_MIN, Units
+from modalprep.fe.readers.units import Units
 
 RATIOS, SHEARS = ("NU12", "NU13", "NU23"), ("G12", "G13", "G23")
 DENSITY = {"MAT1": 4, "MAT2": 7, "MAT8": 7}  # its field
@@ -62,12 +62,11 @@ def elastic(card: Card) -> tuple[float, float, float]:
 
 
 def density(conversion: Conversion, card: Card, k: int) -> float:
-    """Return the density in field `k`, kg/m^3; blank or zero is `RHO_MIN`, with a note."""
+    """Return the density in field `k`, kg/m^3; blank or zero is none, with a note."""
     rho = card.real(k, "rho", 0.0) * conversion.units.density
-    if rho:
-        return rho
-    conversion.note(f"materials without density get {RHO_MIN:g} kg/m^3")
-    return RHO_MIN
+    if not rho:
+        conversion.note(f"{card.name} {card.id} has no density: its elements have no mass but that of NSM")
+    return rho
 
 
 def bar_material(conversion: Conversion, card: Card, k: int) -> tuple[Material, float]:

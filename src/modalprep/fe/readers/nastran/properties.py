@@ -19,7 +19,6 @@ from modalprep.fe.readers.nastran.materials import (
     solid_material,
 )
 from modalprep.fe.readers.nastran.sections import Section
-from modalprep.fe.readers.units import RHO_MIN
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
 RIGID = 1e6  # shear factor of a plane without shear flexibility
@@ -122,7 +121,7 @@ def flange(conversion: Conversion, card: Card, factor: float, across: float) -> 
     area = factor * t * (across / 2 if factor <= 1.01 else t / 2)
     source = conversion.material(card, 1, "MID", ("MAT1",))
     E, _, nu = elastic(source)
-    material = made(source, Material, E=E * conversion.units.stress, nu=nu, rho=RHO_MIN)
+    material = made(source, Material, E=E * conversion.units.stress, nu=nu, rho=0.0)
     return made(card, Truss, material=material, A=area * m**2)
 
 
