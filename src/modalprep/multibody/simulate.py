@@ -260,6 +260,7 @@ def deflections(system: System, packed: Packed) -> np.ndarray:
 
 def _reference_accelerations(system: System, loading: Loading) -> Callable:
     """Return the accelerations by the reference implementation, ``(y, motion, t) -> (nu,)``."""
-    if loading.loops is None:
+    loops = loading.loops
+    if loops is None:
         return lambda y, motion, t: loaded_accelerations(system, y, motion, t)
-    return lambda y, motion, t: closed_accelerations(system, loading.loops, y, motion, t)[0]
+    return lambda y, motion, t: closed_accelerations(system, loops, y, motion, t)[0]

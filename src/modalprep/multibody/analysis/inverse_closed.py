@@ -9,7 +9,6 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.evaluation.evaluator import AHEAD
-from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
@@ -70,13 +69,8 @@ def drive_loops(
     return states[:, :-1], np.array(udot), dict(zip(laws, columns, strict=True))
 
 
-def _loops(run: Integration) -> Loops:
-    assert run.loading.loops is not None  # of a system without closures the tree has its inverse dynamics
-    return run.loading.loops
-
-
 def _refuse_dependent(free: Integration, driven: Integration, drives: Sequence[Coupler]) -> None:
-    added = int(_loops(driven).work.rank[0]) - int(_loops(free).work.rank[0])
+    added = int(driven.loading.closed_loops.work.rank[0]) - int(free.loading.closed_loops.work.rank[0])
     if added < len(drives):
         raise InputError(
             f"inverse dynamics: only {added} of the {len(drives)} coordinates with a history are independent, so the "
@@ -97,7 +91,7 @@ def _evaluated(run: Integration, t: float, y: np.ndarray) -> tuple[np.ndarray, n
     """Return the accelerations (nu,) and the multipliers, summed over each closure, of a state."""
     run.loading.enter(*next(s for s in run.loading.stretches if t <= s[1]))
     ydot = np.zeros(len(y))
-    loops = _loops(run)
+    loops = run.loading.closed_loops
     evaluate(run.equations, t, y, ydot)
     run.raise_callback()
     rows = [loops.closing.of(k) for k in range(len(run.system.closures))]

@@ -12,6 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.vectors import on_both, skew
 
 
 class Frame(NamedTuple):
@@ -44,21 +45,46 @@ class Point(NamedTuple):
 
 
 @dataclass
-class BodyState:
-    """Motion of a body, or of a massless link (body None).
+class LinkState:
+    """Motion of a link: world rotation R and position p of its frame, the following in its own axes.
 
-    World rotation R and position p of its frame, ``V = (v, w)`` and all that follows in its own axes (a body's are the
-    user's), q, q'; `J` and `c` give its spatial specific acceleration ``J u' + c``; `rows` are its modal speeds.
+    Velocity ``V = (v, w)`` (6,); `J` (6, nu) and `c` (6,) give its spatial specific acceleration ``J u' + c``.
     """
 
-    body: FlexibleBody | None
     R: np.ndarray
     p: np.ndarray
     V: np.ndarray
-    q: np.ndarray
-    qd: np.ndarray
     J: np.ndarray
     c: np.ndarray
+
+    def turned(self, R: np.ndarray) -> LinkState:
+        """Return the same point's motion in axes turned by R (new axes to these), fixed to it."""
+        X = on_both(R.T)
+        return LinkState(self.R @ R, self.p, X @ self.V, X @ self.J, X @ self.c)
+
+    def moved(self, r: np.ndarray, partial: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> LinkState:
+        """Return the motion of a frame at r that itself moves: partial velocities (6, nu), velocity and acceleration.
+
+        The acceleration (6,) is that seen when this frame's acceleration is zero: with the centripetal and Coriolis
+        terms of its angular velocity.
+        """
+        shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
+        return LinkState(
+            self.R,
+            self.p + self.R @ r,
+            shift @ self.V + velocity,
+            shift @ self.J + partial,
+            shift @ self.c + acceleration,
+        )
+
+
+@dataclass
+class BodyState(LinkState):
+    """Motion of a link that carries a body, in the user's axes: q, q', the places of its modal speeds in u."""
+
+    body: FlexibleBody
+    q: np.ndarray
+    qd: np.ndarray
     rows: slice
 
 
@@ -80,8 +106,9 @@ class Scene(NamedTuple):
         found = locate(self.system.bodies, text, text)
         if found is not None:
             return self.interface(*found)
+        place = np.zeros(3) if position is None else position
         turn = np.eye(3) if rotation is None else rotation
-        still = Frame(position, turn, np.zeros(3), np.zeros(3))
+        still = Frame(place, turn, np.zeros(3), np.zeros(3))
         return Point(still, np.zeros((6, len(self.nothing.f))), np.zeros(6))
 
 
@@ -97,7 +124,7 @@ class DenseLoads(NamedTuple):
 
 def plus(a: DenseLoads, b: DenseLoads) -> DenseLoads:
     """Return what two loads do together."""
-    return DenseLoads(*(x + y for x, y in zip(a, b, strict=True)))
+    return DenseLoads(a.f + b.f, a.power + b.power, a.stored + b.stored, a.gravity + b.gravity, a.mass + b.mass)
 
 
 def value_at(function: TimeFunction | None, t: float) -> float:

@@ -175,9 +175,9 @@ class Evaluator:
         """Return what the loops leave open (m,), lengths by the size of the system, and its rate (m,)."""
         motion = self.loading.prescribe(self.t, self.data)
         kernel.outward(self.packed.model, self.data, y, motion)
-        self.loops.residual(self.data, y, motion, self.t)
-        unit = self.loops.work.unit
-        return unit * self.loops.work.phi, unit * self.loops.work.rate
+        loops = self.loading.closed_loops
+        loops.residual(self.data, y, motion, self.t)
+        return loops.work.unit * loops.work.phi, loops.work.unit * loops.work.rate
 
     def jacobian(self, y: np.ndarray) -> np.ndarray:
         """Return the derivatives of the gaps' rates by the speeds (m, nu), exactly: they are linear."""
@@ -227,9 +227,10 @@ class Evaluator:
 
     def push_modes(self, force: np.ndarray) -> None:
         """Add the modal rows of generalised forces ``force (nu,)`` to the loads, after `load`, which clears them."""
+        modal = self.data.modal
         for link in self.packed.model.links:
-            if link.modes:
-                self.data.modal.load[link.slot, : link.modes] += force[link.uq : link.uq + link.modes]
+            if link.modes and modal is not None:
+                modal.load[link.slot, : link.modes] += force[link.uq : link.uq + link.modes]
 
     def mass(self, y: np.ndarray) -> np.ndarray:
         """Return the mass matrix (nu, nu)."""

@@ -25,7 +25,10 @@ MOST_POWER = 4  # of polynomials, which the nodes of a panel show
 class Observer(Protocol):
     """What reads channels from the accelerations of a state, such as `results.recovered_state.RecoveredState`."""
 
-    wanted: Mapping
+    @property
+    def wanted(self) -> Mapping:
+        """What it has been asked for; empty where nothing is to be observed."""
+        ...
 
     def reader(self, name: str, what: str) -> Callable[[State], float] | None:
         """Return ``state -> value`` of a channel that it knows."""
@@ -53,13 +56,14 @@ class EventFunction:
     def __init__(self, event: Event, made: Callable[[str], tuple]) -> None:
         self.event, self.is_condition, self.wraps = event, False, False
         self.turns, self.is_unbounded, self._of_time = True, True, False
-        if callable(event.when):
-            self._values = lambda t, state: [event.when(t, state)]
+        when = event.when
+        if callable(when):
+            self._values = lambda t, state: [when(t, state)]
         else:
-            value, known, numbers = made(event.when)
+            value, known, numbers = made(when)
             compiled = compile_expressions(known, [value, *_phases(value)])
             self._values = lambda t, state: compiled(numbers(t, state)).tolist()
-            names = CHANNEL.findall(event.when)
+            names = CHANNEL.findall(when)
             self._of_time = not names
             self.is_unbounded = not _is_gentle(value)
             self.turns = any(TURNING & set(name.split(".")) for name in names)
@@ -118,7 +122,7 @@ def state_reader(
     forces = any(name.endswith(".multiplier") for text in texts for name in CHANNEL.findall(text))
     ydot = np.zeros(packed.nx + packed.nu + 1)
     frame = frames(packed, eq.data)
-    watched = observer is not None and bool(observer.wanted)
+    watched = observer if observer is not None and observer.wanted else None
     outward = bound(kernel.outward_in_world, eq.model, eq.data, eq.state, loading.motion)
 
     def state(t: float) -> State:
@@ -127,7 +131,7 @@ def state_reader(
             y = np.append(eq.state, 0.0)
             evaluate(eq, t, y, ydot)
             if watched:
-                observer.observe(eq, t, y, ydot)
+                watched.observe(eq, t, y, ydot)
             return State(system, packed, eq.state, motion, frame)
         outward()
         if loading.loops:

@@ -82,7 +82,7 @@ def _reader(system: System, packed: Packed, name: str, what: str, loops: Loops |
     if found is None and owner in system.bodies:
         found = _body_reader(system, owner, part, what)
     closures = [closure.name for closure in system.closures] if loops else []
-    if found is None and owner in closures:
+    if found is None and loops and owner in closures:
         found = _closure_reader(loops, closures.index(owner), part, what)
     if found is None:
         known = suggestion(owner, [*(j.name for j in system.joints), *system.bodies, *closures], "known are")

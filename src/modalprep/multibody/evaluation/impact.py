@@ -153,7 +153,9 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
 
 
 def _contact(loops: Loops, k: int) -> Contact:
-    return Contact(loops.closing.normal(k), loops.closing.sliding(k), loops.system.closures[k].friction_coefficient)
+    sliding = loops.closing.sliding(k)
+    coefficient, _ = loops.closing.rows[sliding[0]].friction
+    return Contact(loops.closing.normal(k), sliding, coefficient)
 
 
 def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:

@@ -43,6 +43,7 @@ def smooth_times(part: Any, t_end: float, width: float) -> np.ndarray:
 
     values = symengine.Lambdify([symengine.Symbol("t")], [part])
     t = np.linspace(0.0, t_end, int(np.ceil(2 * t_end / width)) + 1)
+    edges = np.arange(len(t))
     for _ in range(ROUNDS):
         with np.errstate(all="ignore"):
             value = np.asarray(values(t[:, None]), dtype=float).reshape(-1)

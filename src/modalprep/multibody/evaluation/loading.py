@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from modalprep.errors import SimulationError
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.dense import Frame
 from modalprep.multibody.elements.registry import Energies, Loads
@@ -94,6 +95,13 @@ class Loading:
         until = [*self.arrays.environment.tables.until, *(self.loops.breaks if self.loops else ())]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))
+
+    @property
+    def closed_loops(self) -> Loops:
+        """The loops of a system that has closures."""
+        if self.loops is None:
+            raise SimulationError("the system has no closures, so no loops that could be looked at")
+        return self.loops
 
     def step_bounds(self) -> StepBounds:
         """Return what the functions of time, and those in control laws, ask of the steps."""

@@ -195,7 +195,7 @@ class Loops:
         found = []
         for k, closure in enumerate(self.system.closures):
             turns = [i for i in self.closing.of(k) if self.closing.rows[i].kind == ANGLE]
-            if len(turns) >= 2:
+            if len(turns) >= 2 and not isinstance(closure, Coupler):
                 axes = np.vstack([closure.axis, np.eye(3)])
                 in_a = axes @ self._align(2 * k)
                 in_b = axes @ closure.rotation @ self._align(2 * k + 1)

@@ -50,15 +50,14 @@ class Singular(NamedTuple):
 class Crossing(NamedTuple):
     """A change point: time (s), row that loses its direction, how far apart the branches come by (rad or m), tangents.
 
-    The first tangent is that of the branch that the motion keeps; both are None where there are more branches.
+    The first tangent is that of the branch along which the motion came; None where there are more than two branches.
     """
 
     time: float
     row: int
     apart: float
-    kept: np.ndarray | None  # (nu,)
-    other: np.ndarray | None
-    left: bool  # whether the motion came along one tangent and leaves along the other
+    tangents: tuple[np.ndarray, np.ndarray] | None  # (nu,) each
+    left: bool  # whether the motion leaves along the second tangent
 
 
 class Course:
@@ -67,7 +66,8 @@ class Course:
     def __init__(
         self, loading: Loading, times: tuple[float, float], ends: tuple, regular: Regular, before: Course | None = None
     ) -> None:
-        self.loading, self.loops, self.packed = loading, loading.loops, loading.packed
+        self.loading, self.packed = loading, loading.packed
+        self.loops = loading.closed_loops
         self.model, self.data, self.nx = self.packed.model, self.packed.data(), self.packed.nx
         self.begin, self.end = times
         self.ends, self.h = ends, self.end - self.begin
@@ -163,7 +163,7 @@ class Course:
             apart = float(np.sqrt(2 * gap / max(np.abs(bend).max(), 1e-300)))
             tangents = None if self.driven else tangents_of(here.null, bend)
         row = int(np.argmax(np.abs(here.rows)))
-        return Crossing(self.begin + (s + moved) * self.h, row, apart, *self.kept_of(tangents))
+        return Crossing(self.begin + (s + moved) * self.h, row, apart, *self._incoming_first(tangents))
 
     def _solve(self, y: np.ndarray, s: float) -> float | None:
         """Bring the state y near a change point there; returns the further share of the step, None where it fails."""
@@ -184,14 +184,14 @@ class Course:
                 break
         return None
 
-    def kept_of(self, tangents: list[np.ndarray] | None) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
-        """Return the tangent that the motion came along, the other one, and whether it went on along this."""
+    def _incoming_first(self, tangents: list[np.ndarray] | None) -> tuple[tuple[np.ndarray, np.ndarray] | None, bool]:
+        """Return the tangent along which the motion came and the other one, and whether it left along the other."""
         if tangents is None:
-            return None, None, False
+            return None, False
         before, after = (along(tangents, y[self.nx :]) for y in self.ends)
         left = before * after < 0.0 and min(abs(before), abs(after)) > CLEARLY
         one, two = tangents if before > 0.0 else tangents[::-1]
-        return one, two, bool(left)
+        return (one, two), bool(left)
 
     @property
     def driven(self) -> bool:

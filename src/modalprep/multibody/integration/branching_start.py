@@ -22,12 +22,11 @@ NEITHER = 1e-6  # of the kinetic energy: what belongs to neither branch by round
 class Start(NamedTuple):
     """A change point at the start: row that loses its direction, tangents of two branches, the nearer one first.
 
-    Both are None where there are not just two. `share` is that of the kinetic energy which belonged to neither.
+    None where there are not just two. `share` is that of the kinetic energy which belonged to neither.
     """
 
     row: int
-    kept: np.ndarray | None  # (nu,)
-    other: np.ndarray | None
+    tangents: tuple[np.ndarray, np.ndarray] | None  # (nu,) each
     share: float
 
 
@@ -37,7 +36,8 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     None of other starts. Nearer is meant in the mass matrix; at rest it is either of them. The row is no longer noted
     as redundant.
     """
-    left, work = loading.loops.redundant, loading.loops.work
+    loops = loading.closed_loops
+    left, work = loops.redundant, loops.work
     mobile = work.reference_mobility[left] > work.least_mobility[left]
     if not np.any(mobile):  # in no position
         return None
@@ -50,22 +50,22 @@ def branching_start(loading: Loading, y: np.ndarray) -> Start | None:
     if w is None:
         return None
     row = int(left[np.argmax(np.abs(w[left]))])
-    loading.loops.note_redundant(left[left != row])
+    loops.note_redundant(left[left != row])
     bend = course.bend_at(y, 0.0, Singular(0.0, w, null[:, 0], null, np.zeros((len(y), 0))))
     tangents = None if course.driven else tangents_of(null, bend)
     if tangents is None:
-        return Start(row, None, None, 0.0)
+        return Start(row, None, 0.0)
     one, other = tangents
     mass = _mass(course, y, null)
     speeds = y[course.nx :]
-    energy = max(speeds @ null @ mass @ null.T @ speeds, 1e-300)
+    energy = max(float(speeds @ null @ mass @ null.T @ speeds), 1e-300)
     (one_share, onto_one), (other_share, onto_other) = (
         _onto(a, b, null, mass, speeds, energy) for a, b in ((one, other), (other, one))
     )
     if one_share > other_share:
         one, other, one_share, onto_one = other, one, other_share, onto_other
     speeds[:] = onto_one
-    return Start(row, one, other, one_share)
+    return Start(row, (one, other), one_share)
 
 
 def _turning(course: Course, y: np.ndarray, lost: np.ndarray, null: np.ndarray, least: float) -> np.ndarray | None:
@@ -100,4 +100,5 @@ def _onto(
     across = null.T @ (other - (tangent @ other) * tangent)
     way = np.linalg.solve(mass, across)
     size = float(across @ null.T @ speeds)
-    return size**2 / (across @ way) / energy, speeds - null @ way * (size / (across @ way))
+    along = float(across @ way)
+    return size**2 / along / energy, speeds - null @ way * (size / along)

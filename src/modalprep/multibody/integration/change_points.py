@@ -70,7 +70,7 @@ class ChangePoints:
 
     def _regular(self) -> Regular:
         """Return what the rows are, also where the last state is so near a change point that it has lost one."""
-        loops = self.loading.loops
+        loops = self.loading.closed_loops
         active = np.count_nonzero(loops.active_rows)
         if active != self._active:  # after an event
             self._active, self._rank = active, 0
@@ -84,9 +84,9 @@ class ChangePoints:
 
     def _start_note(self, start: Start) -> str:
         text = f"the run starts at a change point, where closure {self._closure(start.row)!r} loses a condition and "
-        if start.kept is None:
+        if start.tangents is None:
             return f"{text}may go on in several ways, or in none; start beside it to choose"
-        ways = self._ratios(start.kept), self._ratios(start.other)
+        ways = [self._ratios(tangent) for tangent in start.tangents]
         text += "branches of the motion cross; "
         if self.looks == 0:
             return f"{text}it stays there, and may leave it along {ways[0]} or along {ways[1]}"
@@ -97,8 +97,8 @@ class ChangePoints:
 
     def _leave(self, start: Start, course: Course) -> None:
         """See by the first step which branch the run goes along."""
-        if start.kept is not None and along((start.kept, start.other), course.ends[1][course.nx :]) < 0.0:
-            self.start = start._replace(kept=start.other, other=start.kept)
+        if start.tangents is not None and along(start.tangents, course.ends[1][course.nx :]) < 0.0:
+            self.start = start._replace(tangents=start.tangents[::-1])
 
     def _passed_note(self) -> str:
         first = self.passed[0]
@@ -108,8 +108,9 @@ class ChangePoints:
         if first.apart > EXACT:
             text += f", but for {first.apart:.1g} (rad or m) by which lengths or angles differ from those that do"
         text += "; the run goes straight on"
-        if first.kept is not None:
-            text += f", {self._ratios(first.kept)}, and not along the other branch, {self._ratios(first.other)}"
+        if first.tangents is not None:
+            incoming, other = map(self._ratios, first.tangents)
+            text += f", {incoming}, and not along the other branch, {other}"
         if more:
             text += f"; so it does at t = {', '.join(more)} s"
         if len(self.passed) >= MOST or self.looks >= MOST_LOOKS:
@@ -117,7 +118,7 @@ class ChangePoints:
         return text
 
     def _closure(self, row: int) -> str:
-        return self.loading.system.closures[self.loading.loops.closing.rows[row].closure].name
+        return self.loading.system.closures[self.loading.closed_loops.closing.rows[row].closure].name
 
     def _ratios(self, tangent: np.ndarray) -> str:
         """Return the speeds of joints and modes along a tangent, as shares of the largest."""

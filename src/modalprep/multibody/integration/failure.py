@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.elements.half_turns import turning
-from modalprep.multibody.evaluation.evaluate import evaluate
+from modalprep.multibody.evaluation.evaluate import Equations, evaluate
+from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.singular import gimbal_lock, without_inertia
-from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
+from modalprep.multibody.integration.driver import Watch
+from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN, Run
 from modalprep.multibody.kernels.closed_loops.singularities import SINGULAR
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import Callback
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.reference.equations import mass_and_force
 
 LATER = 1e-3  # of the run
@@ -31,12 +35,12 @@ NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 
 class Running(Protocol):
     """What an explanation needs of a run."""
 
-    system: Any
-    packed: Any
-    loading: Any
-    equations: Any
-    steps: Any
-    watch: Any
+    system: System
+    packed: Packed
+    loading: Loading
+    equations: Equations
+    steps: Run
+    watch: Watch
     looked: tuple[int, float]
     raise_callback: Callable[[], None]
 
@@ -73,7 +77,7 @@ def failure(run: Running, t: float) -> SimulationError:
         )
     if loops and (locked or cause == OPEN):
         return SimulationError(
-            begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
+            begin + loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
             "prescribed motions and lengths"
         )
     if gimbal := gimbal_lock(run.system, run.packed, run.steps.y):
@@ -239,7 +243,8 @@ def _locked(run: Running, t: float) -> bool:
     """Whether the loops do not close a little later."""
     later = t + LATER * run.watch.times[-1]
     y = run.steps.y[:-1].copy()
-    return not run.loading.loops.project(run.equations.data, y, run.loading.prescribe(later, run.equations.data), later)
+    motion = run.loading.prescribe(later, run.equations.data)
+    return not run.loading.closed_loops.project(run.equations.data, y, motion, later)
 
 
 def _not_finite(run: Running) -> str:

@@ -29,7 +29,7 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     Work,
 )
 from modalprep.multibody.kernels.time_tables import Tables
-from modalprep.multibody.model.constraints import WITH_SECOND_AXIS, Closure, Coupler, coordinate_of
+from modalprep.multibody.model.constraints import Closure, Coupler, coordinate_of
 from modalprep.multibody.model.joint_types import JOINT_TYPES, NAMED, PRESCRIBED
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
@@ -221,7 +221,7 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
         return [Row(k, COUPLER, ZERO, ZERO, 0.0, closure.value, f"motion of {names}")]
     if closure.type == "distance":
         return [Row(k, DISTANCE, ZERO, ZERO, 0.0, closure.length, f"distance of {closure.b} from {closure.a}")]
-    if closure.type == "position":
+    if closure.path is not None:
         return [
             _point(k, closure, axis, path)
             for axis, path in zip(np.eye(3), closure.path, strict=True)
@@ -238,8 +238,8 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
     for about in turns:
         b, a = ROTATIONS[about]
         rows.append(Row(k, ANGLE, frame[:, a], in_b[:, b], 0.0, None, _turn(closure, frame[:, DISPLACEMENTS[about]])))
-    if closure.type in WITH_SECOND_AXIS:
-        second = closure.second_axis
+    second = closure.second_axis
+    if second is not None:
         about = np.cross(closure.axis, second)
         angle = float(closure.axis @ second)
         rows.append(Row(k, ANGLE, closure.axis, closure.rotation.T @ second, angle, None, _turn(closure, about)))

@@ -13,7 +13,7 @@ from modalprep.multibody.model.joint_types import PRESCRIBED
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
-from modalprep.multibody.packing.tree import rows
+from modalprep.multibody.packing.tree import blank, rows
 
 
 def pack_reels(deployments: Sequence[Deployment], stages: Sequence[Stage], system: System, packed: Packed) -> Reels:
@@ -47,7 +47,7 @@ def pack_reels(deployments: Sequence[Deployment], stages: Sequence[Stage], syste
 @cache
 def no_reels() -> Reels:
     """Return the arrays of a system without deployments, the same for all: nothing is written to them."""
-    return pack_reels((), (), None, None)
+    return Reels(blank(REEL, 0), blank(SPRING, 0), np.zeros(0, dtype=np.int64))
 
 
 def _place(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:

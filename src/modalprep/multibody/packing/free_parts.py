@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.multibody.model.constraints import Coupler
+from modalprep.multibody.model.environment import CentralGravity
 from modalprep.multibody.model.loads import GROUND, Load, TwoEnded
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
@@ -74,7 +75,7 @@ def _loaded(system: System, bodies: set[str]) -> str:
             return f"body {each.body!r} loses mass"
     for load in system.loads:
         if not isinstance(load, TwoEnded) and (_where(load) or bodies) & bodies:
-            return f"load {load.name!r} acts on it" if hasattr(load, "name") else "a planet attracts it"
+            return "a planet attracts it" if isinstance(load, CentralGravity) else f"load {load.name!r} acts on it"
     return ""
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from modalprep.compiler.by_address import Pattern
-from modalprep.multibody.kernels.data import Data, Model, new_data
+from modalprep.multibody.kernels.data import Data, Integrals, ModalData, Model, new_data
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 
@@ -105,10 +105,11 @@ class Packed:
         """Stiffness and damping of all speeds (2, nu), those of modes; zero at joints."""
         found = np.zeros((2, self.nu))
         kinds = self.model.links["kind"]
-        for i, _, own in self.flexible:
-            n = own.stop - own.start
-            found[0, own] = self.model.modal.K[kinds[i], :n]
-            found[1, own] = self.model.modal.D[kinds[i], :n]
+        modal = self.model.modal
+        if modal is not None:
+            for i, _, own in self.flexible:
+                n = own.stop - own.start
+                found[:, own] = modal.K[kinds[i], :n], modal.D[kinds[i], :n]
         return found
 
     @cached_property
@@ -138,7 +139,7 @@ class Packed:
         return links.copy(modal=modal.copy(integrals=integrals.copy()) if integrals else modal.copy())
 
     @cached_property
-    def _data(self) -> tuple[Pattern | None, ...]:
+    def _data(self) -> tuple[Pattern[Data], Pattern[ModalData] | None, Pattern[Integrals] | None]:
         """Patterns of the data, those of the modes and, where bodies lose mass, those of their integrals."""
         new = new_data(self.model, depleting=self.depleting)
         integrals = Pattern(new.modal.integrals) if new.modal and self.depleting else None

@@ -92,7 +92,7 @@ def _planar(arrays: Constraints, links, movable: list[bool]) -> bool:
     normals = turns[roots] @ z
     inner = turns[~roots]
     tilts = inner @ z - z, z @ inner - z, normals - normals[0]
-    tilts += (np.array([_normal_part(arrays, links, normals[0], i) for i in np.flatnonzero(movable)]),)
+    tilts += (np.array([_normal_part(arrays, links, normals[0], i) for i in np.flatnonzero(movable).tolist()]),)
     return all((np.abs(tilt) < PARALLEL).all() for tilt in tilts)
 
 
@@ -102,7 +102,7 @@ def _normal_part(arrays: Constraints, links, normal: np.ndarray, i: int) -> floa
     axis = _axes(links, arrays.ends[row.a]) @ row.in_a
     if row.kind != POINT:
         return 1.0
-    return float(axis @ normal) if arrays.ends[row.a].link < 0 else float(axis[2])
+    return float(axis @ normal) if arrays.ends["link"][row.a] < 0 else float(axis[2])
 
 
 def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], entry: dict) -> None:
@@ -115,7 +115,7 @@ def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], ent
     group.time_dependent = (arrays.rows["table"][members] >= 0).any()
     lanes = slice(group.lane, group.lane + count)
     for end, name, axes in ((row.a, "entry_a", "in_a"), (row.b, "entry_b", "in_b")):
-        link = int(arrays.ends[end].link)
+        link = int(arrays.ends["link"][end])
         group[name] = -1 if row.kind == COUPLER else entry.get((link, int(group.bundle)), -1)
         group[axes].reshape(3, WIDTH)[:, lanes] = _axes(links, arrays.ends[end]) @ arrays.rows[axes][members].T
     if row.kind == DISTANCE:
@@ -123,12 +123,12 @@ def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], ent
 
 
 def _entries(
-    arrays: Constraints, links, parent: list[int], entry: dict, groups: np.ndarray, lane: np.ndarray
-) -> np.ndarray:
+    arrays: Constraints, links, parent: list[int], entry: dict, groups: np.recarray, lane: np.ndarray
+) -> np.recarray:
     """Return the entries: each bundle at each of its links."""
     factors = np.zeros(len(entry))
     for term in arrays.terms[arrays.terms["x"] >= 0]:
-        factors[entry[int(term.link), int(groups[lane[term.row] // WIDTH].bundle)]] += term.factor
+        factors[entry[int(term.link), int(groups["bundle"][lane[term.row] // WIDTH])]] += term.factor
     speeds = np.where(np.isin(links["joint"], NAMED), links["u"], -1).tolist()
     reached: set[int] = set()
     for group in groups:
@@ -163,7 +163,7 @@ def _path(arrays: Constraints, parent: list[int], i: int) -> list[int]:
     """Return the links between the ground and what row i acts on."""
     row = arrays.rows[i]
     found = set()
-    begins = [arrays.ends[row.a].link, arrays.ends[row.b].link]
+    begins = arrays.ends["link"][[row.a, row.b]]
     if row.kind == COUPLER:
         begins = arrays.terms["link"][(arrays.terms["row"] == i) & (arrays.terms["x"] >= 0)]
     for link in map(int, begins):
@@ -177,8 +177,8 @@ def _movable(arrays: Constraints, links: np.ndarray, parent: list[int]) -> list[
     """Return whether the joints between its ends can move each row."""
     found = [True] * len(arrays.rows)
     fixed = np.isin(arrays.rows["kind"], (POINT, ANGLE)) & np.isinf(arrays.rows["stiffness"])
-    by_ends = lambda i: (arrays.rows[i].a, arrays.rows[i].b)  # noqa: E731
-    for (a, b), same in groupby(np.flatnonzero(fixed), by_ends):
+    ends: list[tuple[int, int]] = arrays.rows[["a", "b"]].tolist()
+    for (a, b), same in groupby(np.flatnonzero(fixed).tolist(), ends.__getitem__):
         between = _between(links, parent, arrays.ends[a], arrays.ends[b])
         if between is None:
             continue

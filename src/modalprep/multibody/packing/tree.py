@@ -265,7 +265,7 @@ def _topology(system: System, links: tuple[Link, ...], motions: list[Hinge]) -> 
                 xq,
                 uq,
                 slot if modes else -1,
-                number[link.body] if body else -1,
+                number[link.body] if link.body else -1,
                 phi if flexible else -1,
             )
         )
@@ -287,10 +287,11 @@ def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> B
     bodies = Bodies()
     depleted = {each.body for each in system.depletions}
     rows["kind"] = rows["first_interface"] = -1
-    carriers = np.array([i for i, link in enumerate(links) if link.body])
+    names = {i: link.body for i, link in enumerate(links) if link.body}
+    carriers = np.array(list(names))
     aligns = rows["align"][carriers].reshape(-1, 3, 3)
-    carried = [system.bodies[links[i].body] for i in carriers]
-    owners = [links[i].body if links[i].body in depleted else "" for i in carriers]
+    carried = [system.bodies[name] for name in names.values()]
+    owners = [name if name in depleted else "" for name in names.values()]
     rows["modal_mass"][carriers] = [_modal_mass(*pair) for pair in zip(carried, owners, strict=True)]
     found = [bodies.add(*each) for each in zip(carried, aligns, _keys(aligns), owners, strict=True)]
     rows["first_interface"][carriers], rows["kind"][carriers] = np.transpose(found)

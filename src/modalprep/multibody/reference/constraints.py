@@ -153,13 +153,14 @@ def closed_accelerations(
     M, f, rows = _equations(system, loops, y, motion, t)
     active = loops.active_rows
     frictional = np.array([row.kind == SLIP for row in loops.closing.rows])
-    multiplier = np.zeros(len(rows.bias))
+    slides = np.flatnonzero(frictional).tolist()
+    udot, multiplier = np.zeros(len(f)), np.zeros(len(rows.bias))
     for _ in range(FRICTION_STEPS):
         before = multiplier.copy()
         udot, multiplier[active] = _saddle(
             M, f + rows.G[frictional].T @ multiplier[frictional], rows.G[active], rows.bias[active]
         )
-        multiplier[frictional] = [_friction(loops, i, rows.rate, multiplier) for i in np.flatnonzero(frictional)]
+        multiplier[frictional] = [_friction(loops, i, rows.rate, multiplier) for i in slides]
         if np.abs(multiplier - before)[frictional].max(initial=0.0) <= SETTLED * np.abs(multiplier).max(initial=0.0):
             break
     return udot, multiplier

@@ -7,7 +7,7 @@ poses, momenta and energies of a state, which results and checks use.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.line import shortening, strain_arms, swing
 from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
-from modalprep.multibody.elements.dense import BodyState
+from modalprep.multibody.elements.dense import BodyState, LinkState
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
@@ -114,63 +114,31 @@ def quaternion_matrix(e: np.ndarray) -> np.ndarray:
     return np.eye(3) + 2 * w * skew(v) + 2 * skew(v) @ skew(v)
 
 
-@dataclass
-class _Frame:
-    """Motion of a hinge's inboard frame in its own axes: R, p, V, and J, c of its acceleration."""
-
-    R: np.ndarray
-    p: np.ndarray
-    V: np.ndarray
-    J: np.ndarray
-    c: np.ndarray
-
-    def turned(self, R: np.ndarray) -> _Frame:
-        """Return the same point's motion in axes turned by R (new axes to these), fixed to it."""
-        X = on_both(R.T)
-        return _Frame(self.R @ R, self.p, X @ self.V, X @ self.J, X @ self.c)
-
-    def moved(self, r: np.ndarray, partial: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> _Frame:
-        """Return the motion of a frame at r that itself moves: partial velocities (6, nu), velocity and acceleration.
-
-        The acceleration (6,) is that seen when this frame's acceleration is zero: with the centripetal and Coriolis
-        terms of its angular velocity.
-        """
-        shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
-        return _Frame(
-            self.R,
-            self.p + self.R @ r,
-            shift @ self.V + velocity,
-            shift @ self.J + partial,
-            shift @ self.c + acceleration,
-        )
-
-
 def ground_spin(system: System) -> np.ndarray:
     """Return the angular velocity (3,) of the ground, that of the orbit."""
     return system.orbit.rate * AXIS if system.orbit else np.zeros(3)
 
 
-def _ground(system: System, p: np.ndarray, nu: int) -> _Frame:
+def _ground(system: System, p: np.ndarray, nu: int) -> LinkState:
     """Motion of a point of the ground, which turns in an orbit."""
     w = ground_spin(system)
     c = np.concatenate([cross(w, cross(w, p)) - system.gravity, np.zeros(3)])
-    return _Frame(np.eye(3), p, np.concatenate([cross(w, p), w]), np.zeros((6, nu)), c)
+    return LinkState(np.eye(3), p, np.concatenate([cross(w, p), w]), np.zeros((6, nu)), c)
 
 
-def _interface(parent: BodyState, node: int, arm: np.ndarray) -> _Frame:
+def _interface(parent: LinkState, node: int, arm: np.ndarray) -> LinkState:
     """Motion of an interface of a body, in its own axes (those of the body, turned with the node).
 
     That of a massless link is at `arm` of its origin.
     """
-    own = _Frame(parent.R, parent.p, parent.V, parent.J, parent.c)
     partial = np.zeros_like(parent.J)
     w = parent.V[3:]
-    if parent.body is None:
+    if not isinstance(parent, BodyState):
         centripetal = np.concatenate([cross(w, cross(w, arm)), np.zeros(3)])
-        return own.moved(arm, partial, np.zeros(6), centripetal)
+        return parent.moved(arm, partial, np.zeros(6), centripetal)
     r, R, Phi, vel, acc = node_motion(parent.body, node, w, parent.q, parent.qd)
     partial[:, parent.rows] = Phi
-    return own.moved(r, partial, vel, acc).turned(R)
+    return parent.moved(r, partial, vel, acc).turned(R)
 
 
 class _Relative(NamedTuple):
@@ -216,7 +184,7 @@ RELATIVE = {
 }  # by `JointKind.file`
 
 
-def _hinged(frame: _Frame, first: int, moved: _Relative) -> _Frame:
+def _hinged(frame: LinkState, first: int, moved: _Relative) -> LinkState:
     """Motion of the outboard side of a hinge whose first speed is given."""
     outward = on_both(moved.turn)
     partial = np.zeros_like(frame.J)
@@ -229,7 +197,7 @@ def _hinged(frame: _Frame, first: int, moved: _Relative) -> _Frame:
     return frame.moved(moved.place, partial, velocity, acceleration).turned(moved.turn)
 
 
-def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
+def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[LinkState]:
     """Return the motion of every link in the order of the packed tree.
 
     Parameters
@@ -239,7 +207,7 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     motion : (nl, 3)
         Position, rate and acceleration of prescribed hinges; other rows unused.
     """
-    states: list[BodyState] = []
+    states: list[LinkState] = []
     for i, link in enumerate(packed.links):
         row = packed.model.links[i]
         x = row["x"]
@@ -257,18 +225,20 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
             own_u = motion[i, 1:]
         moved = RELATIVE[kind.file](row, own_x, own_u)
         frame = _hinged(frame, row["u"], moved).turned(packed.align(i).T)
-        body = system.bodies[link.body] if link.body else None
-        n = body.n if body else 0
-        q = y[row["xq"] : row["xq"] + n]
-        qd = y[packed.nx + row["uq"] : packed.nx + row["uq"] + n]
-        rows = slice(row["uq"], row["uq"] + n)
-        states.append(BodyState(body, frame.R, frame.p, frame.V, q, qd, frame.J, frame.c, rows))
+        states.append(_with_body(frame, system.bodies[link.body], row, y, packed.nx) if link.body else frame)
     return states
+
+
+def _with_body(link: LinkState, body: FlexibleBody, row: np.record, y: np.ndarray, nx: int) -> BodyState:
+    """Return the motion of a link with that of its body."""
+    x, u = row["xq"], row["uq"]
+    q, qd = y[x : x + body.n], y[nx + u : nx + u + body.n]
+    return BodyState(**vars(link), body=body, q=q, qd=qd, rows=slice(u, u + body.n))
 
 
 def body_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
     """Return the motion of every body in the system's order; arguments as `link_states`."""
-    return [state for state in link_states(system, packed, y, motion) if state.body is not None]
+    return [state for state in link_states(system, packed, y, motion) if isinstance(state, BodyState)]
 
 
 def seen_states(system: System, states: list[BodyState]) -> list[BodyState]:

@@ -41,7 +41,7 @@ class Changes:
             return False
         if not event.changes or event.impacts:
             return True
-        active = self.loading.loops.active
+        active = self.loading.closed_loops.active
         waiting = any(not active(self.number[name]) for name in event.activates)
         return waiting or any(active(self.number[name]) for name in event.deactivates)
 
@@ -66,13 +66,13 @@ class Changes:
             When impacts accumulate, or no impulses satisfy the law of friction.
         """
         self.past.add(event.name)
-        loops = self.loading.loops
         begins, ends, hits = (
             [self.number[n] for n in names] for names in (event.activates, event.deactivates, event.impacts)
         )
         for k in ends:
-            loops.activate(k, False)
+            self.loading.closed_loops.activate(k, False)
         if begins or hits:
+            loops = self.loading.closed_loops
             load(self.equations, t, y)
             loops.residual(self.equations.data, y, self.equations.motion, t)
             for k in begins:
