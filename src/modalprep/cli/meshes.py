@@ -229,7 +229,7 @@ def _mesh_quality(file: Path | Loaded, length_unit: str) -> tuple[Any, Any]:
 
         return pipeline_quality(file)
     from modalprep.fe.quality.quality import check_mesh
-    from modalprep.fe.readers.read import read_mesh
+    from modalprep.fe.readers.read import read_cells
 
-    mesh = read_mesh(file, length_unit, "kg")
+    mesh = read_cells(file, length_unit)
     return mesh, check_mesh(mesh, mesh.properties or None)

@@ -60,9 +60,9 @@ def view_file(
     elif kind == "run":
         _view_run(file, page, pipeline, output, reporter)
     else:
-        from modalprep.fe.readers.read import read_mesh
+        from modalprep.fe.readers.read import read_cells
 
-        view_mesh(read_mesh(file, length_unit or "m", "kg"), page)
+        view_mesh(read_cells(file, length_unit or "m"), page)
     return kind
 
 

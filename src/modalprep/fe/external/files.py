@@ -26,7 +26,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.digest import NASTRAN, matrices_digest
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.grids import Grids
-from modalprep.fe.readers.read import read_mesh
+from modalprep.fe.readers.read import read_cells
 from modalprep.suggest import refuse_missing
 
 DECK = NASTRAN | {".pch", ".dmig"}
@@ -221,7 +221,7 @@ def read_nodes(path: Path, unit: str, length: float) -> Mesh:
         if found is None:
             raise InputError(f"file of nodes {path} holds no array 'nodes'; save the coordinates under this name")
         return found.with_(points=found.points * length, scale=length)
-    return read_mesh(path, unit, "kg").with_(properties={}, links=(), data={})
+    return read_cells(path, unit).with_(properties={}, links=(), data={})
 
 
 def deck_nodes(path: Path) -> Mesh | None:

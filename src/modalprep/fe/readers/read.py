@@ -16,6 +16,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh, refuse_far_points
+from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.cad import CAD, read_cad
@@ -35,7 +36,8 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
-DECKS = {".inp": read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkeys(NASTRAN, read_nastran)}
+INP = ".inp"
+DECKS = {INP: read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkeys(NASTRAN, read_nastran)}
 UNIVERSAL = {".unv", ".uff"}
 MED = ".med"
 
@@ -49,6 +51,7 @@ def read_mesh(
     *,
     size: float | None = None,
     order: Literal[1, 2] | None = None,
+    dialect: Dialect | None = None,
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
@@ -76,6 +79,8 @@ def read_mesh(
         For CAD files, which need it: edge of an element, in `length_unit`.
     order : {1, 2}, optional
         For CAD files: order of the tetrahedra, by default 2.
+    dialect : {"abaqus", "calculix"}, optional
+        Of an .inp deck, for keywords that the two programs take differently; by default what the deck itself proves.
 
     Returns
     -------
@@ -98,11 +103,15 @@ def read_mesh(
     refuse_units(length_unit, mass_unit, path)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
+    if dialect is not None and path.suffix.lower() != INP:
+        raise InputError(f"mesh file {path}: 'dialect' is for decks of Abaqus and CalculiX ({INP}); leave it out")
     if path.suffix.lower() in CAD and not ignore:
         return read_cad(path, units[0], size, 2 if order is None else order)
     for name, given in (("size", size), ("order", order)):
         if given is not None:
             raise InputError(f"mesh file {path}: {name!r} is for CAD files, this mesh has its elements; leave it out")
+    if path.suffix.lower() == INP:
+        return _deck(_checked(read_abaqus(path, *units, ignore, dialect), path), path, length_unit, mass_unit)
     reader = DECKS.get(path.suffix.lower())
     if reader is not None:
         return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)
@@ -133,6 +142,11 @@ def read_mesh(
         scale=LENGTH_UNITS[length_unit],
     )
     return _grouped(mesh)
+
+
+def read_cells(path: Path, length_unit: str = "m") -> Mesh:
+    """Return a mesh of which only nodes and cells matter, whatever dialect and unit of mass its deck has."""
+    return read_mesh(path, length_unit, "kg", dialect="calculix" if path.suffix.lower() == INP else None)
 
 
 def refuse_units(length_unit: str, mass_unit: str | None, path: Path | None = None) -> None:

@@ -44,6 +44,7 @@ def read_pipeline_mesh(source: Loaded) -> Mesh:
         table.ignore,
         size=table.size,
         order=table.order,
+        dialect=table.dialect,
     )
 
 

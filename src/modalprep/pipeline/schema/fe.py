@@ -27,6 +27,9 @@ class MeshTable(Table):
         None, description="of a CAD file (.step, .iges, .brep): edge of an element, in length_unit or as text"
     )
     order: Literal[1, 2] | None = Field(None, description="of a CAD file: order of its tetrahedra; default 2")
+    dialect: Literal["abaqus", "calculix"] | None = Field(
+        None, description="of an .inp deck, where it does not tell itself: some keywords differ"
+    )
     mass: Literal["coupled", "lumped", "nastran"] = Field(
         "coupled",
         description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",

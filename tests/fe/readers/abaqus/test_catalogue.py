@@ -271,7 +271,7 @@ REFUSED = {
     "too many elements": ("*ELGEN\n1, 100000, 1, 1, 100000, 1, 1\n", "elements cannot be made"),
     "a first element that is not there": ("*ELGEN\n8, 3, 1, 1\n", "element 8 is not there; list it before"),
     "an element on one node": ("*ELEMENT, TYPE=T3D2\n9, 1, 1\n", "element 9 names a node twice"),
-    "an unknown type": ("*ELEMENT, TYPE=U1\n9, 1, 2\n", "element type 'U1' has no counterpart here"),
+    "an unknown type": ("*ELEMENT, TYPE=U2\n9, 1, 2\n", "element type 'U2' has no counterpart here"),
     "plane beams": ("*ELEMENT, TYPE=B21\n9, 1, 2\n", "element type 'B21' has no counterpart here"),
     "no type": ("*ELEMENT\n9, 1, 2\n", "*ELEMENT has no TYPE; add TYPE="),
     "an unknown instance": ("*NSET, NSET=n, INSTANCE=i\n1\n", "names the instance i, which is not in the deck"),

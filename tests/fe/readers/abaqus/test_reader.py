@@ -183,7 +183,7 @@ def test_masses_and_springs_without_values_are_noted(read):
 # ---------------------------------------------------------------- notes where they explain
 
 APART = BEAMS + "*NODE\n8, 0, 1, 0\n9, 1, 1, 0\n*ELEMENT, TYPE=B31, ELSET=b\n3, 8, 9\n*MPC\nBEAM, 8, 1\n"
-APART += "*BEAM SECTION, ELSET=b, MATERIAL=m, SECTION=CIRC\n.01\n"
+APART += "*BEAM SECTION, ELSET=b, MATERIAL=m, SECTION=RECT\n.01, .01\n"
 APART += "*MATERIAL, NAME=m\n*ELASTIC\n2e11, .3\n*DENSITY\n7800.\n"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -11,10 +12,11 @@ from modalprep.fe.properties.properties import Beam
 from modalprep.fe.readers.abaqus.deck import Deck, Key
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.materials import isotropic
-from modalprep.fe.readers.abaqus.profiles import SHAPES, Profile
+from modalprep.fe.readers.abaqus.profiles import CALCULIX, SHAPES, Profile
 from modalprep.fe.readers.abaqus.sections import give, section_set
 
 SLIGHT = 1e-6  # of the larger moment, for one that is zero
+CIRC = "has SECTION=CIRC, which is a radius in Abaqus and one or two diameters in CalculiX"
 
 
 def beam_section(deck: Deck, block: Block) -> None:
@@ -22,7 +24,7 @@ def beam_section(deck: Deck, block: Block) -> None:
     _, keys = section_set(deck, block, "beam")
     if not keys:
         return
-    profile, second = _shape(block)
+    profile, second = _shape(deck, block, _nodal_thickness(deck, block, keys))
     _finish(deck, block, keys, profile, second, isotropic(deck, block, block.option("MATERIAL")), 1.0)
 
 
@@ -39,7 +41,7 @@ def beam_general_section(deck: Deck, block: Block) -> None:
         profile = Profile(A, I11 or slight, I22 or slight, I12, J or slight, k=1.0)
         second = 1
     else:
-        profile, second = _shape(block)
+        profile, second = _shape(deck, block, None)
     moduli = block.row(second + 1)
     E, G = moduli.real(0, "E"), moduli.real(1, "G")
     if not (E > 0 and G > 0):
@@ -54,17 +56,21 @@ def beam_general_section(deck: Deck, block: Block) -> None:
     _finish(deck, block, keys, profile, second, made, G / made.G * deck.units.stress)
 
 
-def _shape(block: Block) -> tuple[Profile, int]:
-    """Return the profile, and the number of the line with n1."""
+def _shape(deck: Deck, block: Block, thicknesses: tuple[float, float] | None) -> tuple[Profile, int]:
+    """Return the profile, of the given thicknesses or those of its line, and the number of the line with n1."""
     kind = block.option("SECTION").upper()
-    if kind not in SHAPES:
-        block.refuse(f"has SECTION={kind}; known are {', '.join(SHAPES)}, and GENERAL with area and moments")
-    count, law = SHAPES[kind]
+    count, law = _law(deck, block, kind)
     lines = 1 if count else 1 + block.row().integer(0, "number of walls")
     row = block.row() if count else _walls(block, lines)
+    if thicknesses is not None:
+        row = row._replace(fields=[repr(t) for t in thicknesses])
+    elif kind in ("RECT", "CIRC") and count == 2 and not row.text(1) and deck.spoken.dialect == "calculix":
+        row = row._replace(fields=[row.text(0)] * 2)
     values = [row.real(k, f"size {k + 1} of {kind}") for k in range(count or len(row.fields))]
-    if count and not min(values) > (-math.inf if kind in ("I", "T") else 0):
+    if count and not min(values) > (-math.inf if kind in ("I", "T", "GENERAL") else 0):
         raise row.error(f"a size of {kind} is not positive; correct it")
+    if kind == "GENERAL" and values[2]:
+        raise row.error("U1 has no product of inertia I12; give the moments about the principal axes")
     try:
         profile = law(*values)
     except ZeroDivisionError:
@@ -72,6 +78,31 @@ def _shape(block: Block) -> tuple[Profile, int]:
     if not (profile.A > 0 and profile.I11 > 0 and profile.I22 > 0 and profile.J > 0):
         raise row.error(f"the sizes of {kind} make no section (walls that overlap?); correct them")
     return profile, lines if count else lines - 1
+
+
+def _law(deck: Deck, block: Block, kind: str) -> tuple[int, Callable[..., Profile]]:
+    """Return how many sizes a shape has, and the profile of them."""
+    if kind == "CIRC" and deck.dialect(block, CIRC) == "calculix":
+        return CALCULIX[kind]
+    if kind == "GENERAL" and deck.spoken.dialect == "calculix":
+        return CALCULIX[kind]
+    if kind not in SHAPES:
+        block.refuse(f"has SECTION={kind}; known are {', '.join(SHAPES)}, and GENERAL with area and moments")
+    return SHAPES[kind]
+
+
+def _nodal_thickness(deck: Deck, block: Block, keys: list[Key]) -> tuple[float, float] | None:
+    """Return the two thicknesses of the nodes of a section that asks for them, of CalculiX."""
+    if "NODAL THICKNESS" not in block.options:
+        return None
+    table: dict[int, tuple[float, float]] = deck.current.get("nodal thickness", {})
+    own = [table.get(node) for key in keys for node in deck.elements[key].nodes]
+    if None in own or block.option("SECTION").upper() not in ("RECT", "CIRC"):
+        block.refuse("has NODAL THICKNESS, but not all its nodes have one, or it is none of RECT and CIRC; correct it")
+    sizes = {pair for pair in own if pair is not None}
+    if len(sizes) > 1:
+        block.refuse("has NODAL THICKNESS that differs from node to node; give every element a section of its own")
+    return sizes.pop()
 
 
 def _walls(block: Block, lines: int) -> Row:

@@ -12,6 +12,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.mesh import Link
 from modalprep.fe.properties.properties import Property
+from modalprep.fe.readers.abaqus.dialect import Dialect, Spoken
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.parts import Parts
 from modalprep.fe.readers.units import Units
@@ -48,6 +49,7 @@ class Deck:
     path: Path
     units: Units
     parts: Parts
+    spoken: Spoken
     points: list[np.ndarray] = field(default_factory=list)
     nodes: dict[Key, int] = field(default_factory=dict)
     keys: list[Key] = field(default_factory=list)  # of the nodes, in the order of the points
@@ -75,6 +77,14 @@ class Deck:
         """Add a note once."""
         if text not in self.notes:
             self.notes.append(text)
+
+    def dialect(self, block: Block, what: str) -> Dialect:
+        """Return the dialect for a keyword that means something else in either, and say how it is known."""
+        found = self.spoken.asked(block, what)
+        if self.spoken.proof != "as given":
+            name = {"abaqus": "Abaqus", "calculix": "CalculiX"}[found]
+            self.note(f"read as a deck of {name} ({self.spoken.proof}): *{block.keyword} {what}")
+        return found
 
     def split(self, scope: str, text: str) -> tuple[str, str]:
         """Return the instance and the rest of a name such as ``instance.set``."""

@@ -56,6 +56,7 @@ TYPES: dict[str, Type] = {
         "B31R?H?|PIPE31H?",
         "The beam is exact in statics and its mass consistent, where Abaqus lumps it and CalculiX makes solids of it.",
     ),
+    "U1": _type("beam", "line", "U1"),
     "B31OS": _type("beam", "line", "B31OSH?", "Warping of the section is left out."),
     "B32OS": _type(
         "beam", "line3", "B32OSH?", "Two straight beams through its middle node; warping of the section is left out."
@@ -128,6 +129,14 @@ def elements(deck: Deck, block: Block) -> None:
         label = _add(deck, row, block.scope, given, known, count)
         if block.options.get("ELSET"):
             deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, label))
+
+
+def user_element(deck: Deck, block: Block) -> None:
+    """``*USER ELEMENT``: of CalculiX' beam U1 it says what is known."""
+    if block.choice("TYPE") != "U1":
+        block.refuse(
+            f"of TYPE={block.options.get('TYPE', '')} is not read, only CalculiX' beam U1 is; use other elements"
+        )
 
 
 def _count(known: Type, given: str) -> int:

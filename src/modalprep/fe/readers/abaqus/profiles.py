@@ -90,6 +90,19 @@ def rectangle(a: float, b: float) -> Profile:
     return _strips(long * short**3 / 3 * (1 - 192 * short / (math.pi**5 * long) * series), 0.85, (a, b, 0, 0))
 
 
+def _ellipse(a: float, b: float) -> Profile:
+    """Diameters a along 1 and b along 2; torsion after Saint-Venant (Timoshenko and Goodier, section 107)."""
+    A = math.pi * a * b / 4
+    J = math.pi * a**3 * b**3 / (16 * (a**2 + b**2))
+    points = ((a / 2, 0.0), (0.0, b / 2), (-a / 2, 0.0), (0.0, -b / 2))
+    return Profile(A, A * b**2 / 16, A * a**2 / 16, 0.0, J, 0.89, size=(a, b), points=points)
+
+
+def _u1(A: float, I11: float, I12: float, I22: float, k: float) -> Profile:
+    """Of CalculiX' element U1: I11 of bending along axis 1, and the polar moment as torsion constant."""
+    return Profile(A, I22, I11, I12, I11 + I22, k)
+
+
 def _ring(outer: float, inner: float, k: float) -> Profile:
     second = math.pi * (outer**4 - inner**4) / 4
     points = ((outer, 0.0), (0.0, outer), (-outer, 0.0), (0.0, -outer))
@@ -191,3 +204,4 @@ SHAPES: dict[str, tuple[int, Callable[..., Profile]]] = {
     "TRAPEZOID": (4, _trapezoid),
     "ARBITRARY": (0, _arbitrary),
 }
+CALCULIX: dict[str, tuple[int, Callable[..., Profile]]] = {"CIRC": (2, _ellipse), "GENERAL": (5, _u1)}

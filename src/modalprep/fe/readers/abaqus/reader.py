@@ -15,6 +15,7 @@ from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
 from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms
 from modalprep.fe.readers.abaqus.deck import Deck
+from modalprep.fe.readers.abaqus.dialect import spoken
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
 from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES
@@ -29,7 +30,9 @@ POINTS = ("mass", "rotary inertia", "spring")
 SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
 
 
-def read_abaqus(path: Path, length: float, mass: float, ignore: Collection[str] = ()) -> Mesh:
+def read_abaqus(
+    path: Path, length: float, mass: float, ignore: Collection[str] = (), dialect: str | None = None
+) -> Mesh:
     r"""Read an Abaqus or CalculiX deck with its sections, materials, couplings and ties.
 
     Groups are the sets: element sets as cells, node sets as vertices; with several instances a set of a part is
@@ -42,12 +45,15 @@ def read_abaqus(path: Path, length: float, mass: float, ignore: Collection[str] 
         m and kg per unit of length and mass of the deck; its time is in seconds, its force mass length / s^2.
     ignore : collection of str
         Keywords such as ``"*TIE"``, or ``"*ELEMENT, TYPE=CONN3D2"``, that are left out of the model.
+    dialect : {"abaqus", "calculix"}, optional
+        Whose deck it is; None takes what the deck proves.
 
     Raises
     ------
     InputError
         When a line cannot be read, the deck refers to what it does not hold, or a keyword that carries stiffness,
-        mass or constraints has no counterpart here and is not ignored.
+        mass or constraints has no counterpart here and is not ignored, or a keyword means something else in Abaqus and
+        in CalculiX and the deck does not say which it is of.
 
     Examples
     --------
@@ -59,8 +65,9 @@ def read_abaqus(path: Path, length: float, mass: float, ignore: Collection[str] 
     """
     blocks, sha256 = read_blocks(path)
     parts = Parts()
-    deck = Deck(path, Units(length=length, mass=mass), parts)
-    blocks = _chosen(deck, parts.placed([_spelled(block) for block in blocks]), ignore)
+    blocks = [_spelled(block) for block in blocks]
+    deck = Deck(path, Units(length=length, mass=mass), parts, spoken(blocks, dialect))
+    blocks = _chosen(deck, parts.placed(blocks), ignore)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         for stage in STAGES:
             for block in blocks:

@@ -13,6 +13,7 @@ GEOMETRY = {
     "NFILL": Entry("read", "Without BIAS and SINGULAR.", geometry.nfill),
     "NCOPY": Entry("read", "With SHIFT.", geometry.ncopy),
     "ELEMENT": Entry("read", "By its TYPE, see below.", elements.elements),
+    "USER ELEMENT": Entry("read", "Of CalculiX' beam U1; others are refused.", elements.user_element),
     "ELGEN": Entry("read", "", elements.elgen),
     "ELCOPY": Entry("read", "Without REFLECT.", elements.elcopy),
     "NSET": Entry("read", "A set is a group of vertices.", sets.node_or_element_set),
@@ -45,7 +46,8 @@ SECTIONS = {
     "BEAM SECTION": Entry(
         "approximated",
         "By shape, with Abaqus' shear factors and torsion of thin walls, without warping. The node of L is taken to be "
-        "where the middles of its legs meet. CalculiX expands beams to solids.",
+        "where the middles of its legs meet. CalculiX expands beams to solids. SECTION=CIRC, GENERAL, OFFSET1, OFFSET2 "
+        "and NODAL THICKNESS are as in CalculiX' manual; the thickness is one for all nodes of a section.",
         beams.beam_section,
     ),
     "BEAM GENERAL SECTION": Entry("read", "GENERAL and by shape; warping is left out.", beams.beam_general_section),
@@ -163,7 +165,6 @@ REFUSED = {
             "CONNECTOR BEHAVIOR",
             "CONNECTOR ELASTICITY",
             "PRE-TENSION SECTION",
-            "USER ELEMENT",
             "UEL PROPERTY",
             "USER SECTION",
             "MATRIX",

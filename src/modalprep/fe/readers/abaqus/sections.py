@@ -104,8 +104,8 @@ def _thickness(deck: Deck, block: Block, keys: list[Key]) -> float:
     """Return the thickness of a section; where it differs by node, every element has its own ones."""
     if "NODAL THICKNESS" not in block.options:
         return block.row().real(0, "thickness")
-    table: dict[int, float] = deck.current.get("nodal thickness", {})
-    values = [(key, [table.get(n, np.nan) for n in deck.elements[key].nodes]) for key in keys]
+    table: dict[int, tuple[float, float]] = deck.current.get("nodal thickness", {})
+    values = [(key, [table.get(n, (np.nan,))[0] for n in deck.elements[key].nodes]) for key in keys]
     every = np.concatenate([own for _, own in values])
     if not np.isfinite(every).all():
         block.refuse("has NODAL THICKNESS, but not all its nodes have one; give it for every node")
@@ -120,10 +120,12 @@ def _thickness(deck: Deck, block: Block, keys: list[Key]) -> float:
 
 
 def nodal_thickness(deck: Deck, block: Block) -> None:
-    """``*NODAL THICKNESS``: kept for the sections that ask for it."""
+    """``*NODAL THICKNESS``: kept for the sections that ask for it; beams of CalculiX have two."""
     table = deck.current.setdefault("nodal thickness", {})
     for row in block.rows:
-        table.update(dict.fromkeys(deck.nodes_of(row, block.scope, row.text(0)), row.real(1, "thickness")))
+        own = row.real(1, "thickness")
+        own = own, row.real(2, "second thickness", own)
+        table.update(dict.fromkeys(deck.nodes_of(row, block.scope, row.text(0)), own))
 
 
 def _offset(block: Block) -> float:
