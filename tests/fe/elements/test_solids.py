@@ -25,6 +25,8 @@ from modalprep.linalg.factor import factorise
 E, NU, RHO = 2.1e11, 0.3, 7800.0
 STEEL = mp.Solid(material=mp.Material(E=E, nu=NU, rho=RHO))
 KINDS = tuple(FAMILIES[mp.Solid])
+REDUCED = mp.Solid(material=STEEL.material, integration="reduced")
+EVERY = [*((kind, STEEL) for kind in KINDS), ("hexahedron20", REDUCED), ("wedge15", REDUCED)]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -44,12 +46,12 @@ def test_rigid_motions_and_mass(kind):
     assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_patch(kind):
+@pytest.mark.parametrize(("kind", "section"), EVERY)
+def test_patch(kind, section):
     """Linear displacements on the surface of a distorted box give constant stress inside."""
     points, cells = box(kind, (3, 3, 3), (0.24, 0.12, 0.1), distort=0.3, seed=5)
     R = random_rotation(6)
-    model = solid_model(points @ R.T, cells, kind, STEEL)
+    model = solid_model(points @ R.T, cells, kind, section)
     G = 1e-4 * np.random.default_rng(0).standard_normal((3, 3))
     dof = model.dof[: len(points), :3]
     exact = np.zeros(model.n_dof)
@@ -67,11 +69,11 @@ def test_patch(kind):
     assert found @ (model.K @ found) / 2 == pytest.approx(density * size.prod(), rel=1e-11)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_prestress_turns_with_the_body(kind):
+@pytest.mark.parametrize(("kind", "section"), EVERY)
+def test_prestress_turns_with_the_body(kind, section):
     """Uniform stress, forces ``f = K d``: ``Kg (theta x x) = theta x f``."""
     points, cells = box(kind, (2, 2, 2), distort=0.3, seed=7)
-    model = solid_model(points, cells, kind, STEEL)
+    model = solid_model(points, cells, kind, section)
     G = 1e-4 * np.random.default_rng(1).standard_normal((3, 3))
     dof, d = model.dof[: len(points), :3], np.zeros(model.n_dof)
     d[dof] = points @ (G + G.T)
@@ -194,13 +196,13 @@ def test_taut_string():
     np.testing.assert_allclose(np.sqrt(w2[:6]), exact, rtol=4e-3)  # linear shapes: (n pi / 32)^2 / 24 = 3.6e-3
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_many_prestresses_at_once(kind, monkeypatch):
+@pytest.mark.parametrize(("kind", "section"), EVERY)
+def test_many_prestresses_at_once(kind, section, monkeypatch):
     """Projected together, piece by piece, they are those of the assembled matrices one by one."""
     monkeypatch.setattr("modalprep.fe.assembly.geometric_stiffness.AT_ONCE", 1)  # one element at a time
     monkeypatch.setattr("modalprep.fe.assembly.geometric_stiffness.ROWS", 7)
     points, cells = box(kind, (2, 2, 2), distort=0.3, seed=9)
-    model = solid_model(points, cells, kind, STEEL)
+    model = solid_model(points, cells, kind, section)
     random = np.random.default_rng(4)
     static, loads = random.standard_normal((2, model.n_dof, 3))
     loads[:, 1] = 0.0  # nothing acts: left out

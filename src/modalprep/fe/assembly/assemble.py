@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
+from modalprep.fe.assembly.free_faces import with_free_faces
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.link_stiffness import LinkStiffness
@@ -110,12 +111,12 @@ def assemble(
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
     refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
-    parts = with_beam_arms(mesh, with_joined_offsets(mesh, parts))
+    parts, unheld = with_free_faces(with_beam_arms(mesh, with_joined_offsets(mesh, parts)))
     parts, more = _without_unused_inertia(mesh, parts)
     tips = np.array([at[0] for name, at in nodes.items() if interfaces[name].kind == "node"], dtype=int)
     dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()), tips)
     placed = place(mesh, interfaces, nodes, at, dof, held)
-    more += [*placed.notes, *hidden_hinges(mesh, parts), *offset_areas(mesh, parts), *_odd_units(mesh, parts)]
+    more += [*unheld, *placed.notes, *hidden_hinges(mesh, parts), *offset_areas(mesh, parts), *_odd_units(mesh, parts)]
     rule = MassRule(mass, mesh.coupled_mass)
     return _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
 

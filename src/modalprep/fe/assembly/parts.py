@@ -11,11 +11,12 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.distribution import MassRule
+from modalprep.fe.elements.solid import REDUCED
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.points import Spring
-from modalprep.fe.properties.properties import Property
+from modalprep.fe.properties.properties import Property, Solid
 from modalprep.fe.quality.connectivity import smallest_part
 
 CHUNK = 512  # elements evaluated at once: their matrices stay in the cache
@@ -118,6 +119,11 @@ def _kinds(mesh: Mesh, group: str, section: Property) -> list[str]:
         has = ", ".join(mesh.group(group))
         name = type(section).__name__.lower()
         raise InputError(f"group {group!r} has {has} cells, but type {name!r} needs {' or '.join(wanted)} cells")
+    if isinstance(section, Solid) and section.integration == "reduced" and not set(kinds) & set(REDUCED):
+        raise InputError(
+            f"group {group!r} has {', '.join(kinds)} cells, and 'reduced' integration is of {' and '.join(REDUCED)} "
+            "cells; leave it out"
+        )
     return kinds
 
 

@@ -2,7 +2,7 @@
 
 Linear hexahedra lock in bending; nine internal DOFs on the shapes ``1 - xi^2`` (Wilson), with their gradients
 taken at the element's centre (Taylor) so that the patch test holds, cure it. They are condensed per element and
-kept for the recovery of stress.
+kept for the recovery of stress. Hexahedra of 20 nodes lock on thin curved walls; 2 x 2 x 2 points cure it (theory 7.5).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import Block, NodalStress
 from modalprep.fe.elements.elasticity import Elasticity
+from modalprep.fe.elements.hourglass import hourglass_stiffness
 from modalprep.fe.elements.kernels import gradients, in_threads, measures, stress_stiffness
 from modalprep.fe.elements.mass import MassObjects, rigid_from_samples
 from modalprep.fe.mesh.cells import CELLS
@@ -28,11 +29,12 @@ DEGREE = {
     "pyramid": (3, 3, 3),
     "pyramid13": (5, 5, 5),
     "wedge": (2, 2, 4),
-    "wedge15": (4, 4, 5),
+    "wedge15": (4, 4, 5),  # 4: 3 x 3 points
     "hexahedron": (3, 3, 5),
     "hexahedron20": (5, 5, 5),
     "hexahedron27": (5, 5, 7),
 }
+REDUCED = {"hexahedron20": 3, "wedge15": 4}  # of stiffness and mass in reduced integration: 2 x 2 x 2, 3 x 3 points
 SIX = ("xx", "yy", "zz", "xy", "yz", "xz")  # components of stress
 STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
 PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress times linear gradients squared
@@ -42,6 +44,14 @@ PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress 
 def _middles() -> np.ndarray:
     """Return the shapes ``(6, 4)`` of the corners of a tetrahedron in the middle of its edges."""
     return shapes_at("tetra", CELLS["tetra10"].node_coordinates()[4:].T)[0]
+
+
+@cache
+def _from_points() -> np.ndarray:
+    """Return the values ``(20, 8)`` at the nodes of a hexahedron of each of its 2 x 2 x 2 points, trilinear."""
+    inside = shapes_at("hexahedron", quadrature("hexahedron20", REDUCED["hexahedron20"])[0])[0]
+    nodes = shapes_at("hexahedron", CELLS["hexahedron20"].node_coordinates().T)[0]
+    return nodes @ np.linalg.inv(inside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +66,8 @@ class SolidBlock(Block):
     x : (ne, nn, 3)
         Node positions in the model's frame, m.
     elasticity : Elasticity
+    free_faces : (ne, 6) or None
+        Of elements of reduced integration: the share of each face whose hourglass motion no neighbour holds.
     """
 
     components = 3
@@ -65,6 +77,7 @@ class SolidBlock(Block):
     nodes: np.ndarray
     x: np.ndarray
     elasticity: Elasticity
+    free_faces: np.ndarray | None = None
 
     @classmethod
     def build(cls, kind, points, nodes, section, data, origin) -> SolidBlock:
@@ -76,14 +89,23 @@ class SolidBlock(Block):
             When an element is inverted or flat.
         """
         elasticity = Elasticity.of(section, data.get("frame"))
-        block = cls(kind, section, nodes, points[nodes] - origin, elasticity)
+        block = cls(kind, section, nodes, points[nodes] - origin, elasticity, data.get("free_faces"))
         block._refuse_bad_shape(origin)
         return block
+
+    @property
+    def reduced(self) -> bool:
+        """Whether stiffness and mass have fewer points than the mass needs to be exact."""
+        return self.kind in REDUCED and self.section.integration == "reduced"
 
     @cached_property
     def degree(self) -> int:
         """Degree of the stiffness quadrature: more for curved elements."""
-        return DEGREE[self.kind][0 if self._straight else 1]
+        return REDUCED[self.kind] if self.reduced else DEGREE[self.kind][0 if self._straight else 1]
+
+    @property
+    def _mass_degree(self) -> int:
+        return REDUCED[self.kind] if self.reduced else DEGREE[self.kind][2]
 
     def gradients(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``grad (ne, nq, nn, 3)`` and ``dx (ne, nq)``."""
@@ -96,9 +118,9 @@ class SolidBlock(Block):
         in_threads(gradients, len(self.x), self.x, dN, weight, grad, dx)
         return grad, dx
 
-    def _measure(self) -> np.ndarray:
-        """Return the volume ``(ne, nq)`` of each point of the mass quadrature; affine elements need one Jacobian."""
-        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+    def _measure(self, degree: int) -> np.ndarray:
+        """Return the volume ``(ne, nq)`` of each point of a quadrature; affine elements need one Jacobian."""
+        _, dN, weight = shapes(self.kind, degree)
         own = slice(1 if self._affine else None)
         dx = np.empty((len(self.x), len(dN[own])))
         in_threads(measures, len(self.x), self.x, dN[own], weight[own], dx)
@@ -108,11 +130,18 @@ class SolidBlock(Block):
         """Elastic stiffness ``(ne, 3 nn, 3 nn)``, internal DOFs condensed."""
         grad, dx = self.gradients(self.degree)
         if self.kind != "hexahedron":
-            return self._elastic(grad, dx)
+            return self._held(self._elastic(grad, dx))
         K = self._elastic(self._widened(grad, self.degree), dx)
         G = _internal(K, 24)
         K = K[:, :24, :24] + K[:, :24, 24:] @ G
         return (K + K.transpose(0, 2, 1)) / 2
+
+    def _held(self, K: np.ndarray) -> np.ndarray:
+        """Return the stiffness with that of the faces whose hourglass motion no neighbour holds."""
+        if self.free_faces is None or not np.any(self.free_faces):
+            return K
+        size = np.trace(K, axis1=1, axis2=2) / K.shape[1]
+        return K + hourglass_stiffness(self.x, self.free_faces, size)
 
     def _elastic(self, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
         return self.elasticity.stiffness(np.ascontiguousarray(grad), dx)
@@ -129,8 +158,8 @@ class SolidBlock(Block):
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; one scalar matrix serves all components."""
-        N = shapes(self.kind, DEGREE[self.kind][2])[0]
-        dx = self._measure()
+        N = shapes(self.kind, self._mass_degree)[0]
+        dx = self._measure(self._mass_degree)
         rho = self.section.material.rho * dx
         ne, nn = self.nodes.shape
         products = (N[:, :, None] * N[:, None]).reshape(len(N), -1)
@@ -149,7 +178,7 @@ class SolidBlock(Block):
 
     def volume(self) -> np.ndarray:
         """Volume ``(ne,)``, m^3."""
-        return self._measure().sum(axis=1)
+        return self._measure(self._mass_degree).sum(axis=1)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""
@@ -195,15 +224,20 @@ class SolidBlock(Block):
 
     def nodal_stress(self, d: np.ndarray) -> NodalStress:
         """Stress at the nodes of each element for displacements ``d (ne, 3 nn, k)``, mesh axes."""
-        d = d.reshape(*self.nodes.shape, 3, -1)
+        sigma = self._at_nodes(d.reshape(*self.nodes.shape, 3, -1))
+        values = np.stack([sigma[:, :, "xyz".index(a), "xyz".index(b)] for a, b in SIX], axis=2)
+        return {"": (SIX, values)}
+
+    def _at_nodes(self, d: np.ndarray) -> np.ndarray:
+        """Cauchy stress ``(ne, nn, 3, 3, k)`` at the nodes; of 2 x 2 x 2 points linear in each direction."""
+        if self.reduced and self.kind == "hexahedron20":
+            return np.einsum("iq,eqabk->eiabk", _from_points(), self.stress(d))
         grad, _ = self.gradients(NODES)
         if self.kind == "hexahedron":
             inside, weight = self.gradients(self.degree)
             d = self._with_internal(d, self._widened(inside, self.degree), weight)
             grad = self._widened(grad, NODES)
-        sigma = self.elasticity.stress(grad, d)
-        values = np.stack([sigma[:, :, "xyz".index(a), "xyz".index(b)] for a, b in SIX], axis=2)
-        return {"": (SIX, values)}
+        return self.elasticity.stress(grad, d)
 
     def _stress(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray, degree: int) -> np.ndarray:
         if self.kind == "hexahedron":
@@ -218,7 +252,9 @@ class SolidBlock(Block):
 
     def piece(self, some: slice | np.ndarray) -> SolidBlock:
         """Return the block of `some` of the elements."""
-        return replace(self, nodes=self.nodes[some], x=self.x[some], elasticity=self.elasticity.piece(some))
+        free = None if self.free_faces is None else self.free_faces[some]
+        elasticity = self.elasticity.piece(some)
+        return replace(self, nodes=self.nodes[some], x=self.x[some], elasticity=elasticity, free_faces=free)
 
     @cached_property
     def _straight(self) -> bool:
@@ -239,7 +275,7 @@ class SolidBlock(Block):
         return np.ptp(self.x.transpose(1, 2, 0).copy(), axis=0).max(axis=0)  # 20 times faster than along axis 1
 
     def _refuse_bad_shape(self, origin: np.ndarray) -> None:
-        dx = self._measure()
+        dx = self._measure(DEGREE[self.kind][2])
         flat = np.abs(dx).sum(axis=1) <= 1e-11 * self._size**3
         for bad, what in ((flat, "flat"), (np.any(dx <= 0, axis=1), "inverted")):
             if np.any(bad):

@@ -13,6 +13,7 @@ from skfem.refdom import RefLine, RefTri
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.polynomial_shapes import polynomial_shapes
 
+IN_PLANE = {("wedge15", 4): 2}  # degree of the triangle's rule in a wedge, where it is not that along its edges
 NODES = 0  # in place of a degree: the nodes of the cell with equal weights, for what is evaluated there
 
 
@@ -53,7 +54,7 @@ def quadrature(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray]:
         return _pyramid(degree // 2 + 1)
     if CELLS[kind].shape != "wedge":
         return get_quadrature(_element(kind).refdom, degree)
-    XY, plane = get_quadrature(RefTri, degree)
+    XY, plane = get_quadrature(RefTri, IN_PLANE.get((kind, degree), degree))
     Z, line = get_quadrature(RefLine, degree)
     X = np.concatenate([np.repeat(XY, Z.shape[1], axis=1), np.tile(Z, XY.shape[1])])
     return X, np.repeat(plane, len(line)) * np.tile(line, len(plane))

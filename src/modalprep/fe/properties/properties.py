@@ -20,6 +20,7 @@ INCOMPRESSIBLE = 0.49999
 Vector = tuple[float, float, float]
 BeamTheory = Literal["timoshenko", "euler-bernoulli"]
 Membrane = Literal["opt", "cst"]
+SolidIntegration = Literal["full", "reduced"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,11 +286,14 @@ class Solid(Property):
     material : Material, Orthotropic3D or Anisotropic
     axes : two (3,) vectors or None
         e1, and a direction in the plane of e1 and e2, of the material's axes in those of the mesh; None takes these.
+    integration : {"full", "reduced"}
+        Of hexahedra of 20 nodes: by 3 x 3 x 3 points, or by 2 x 2 x 2, which do not lock on thin curved walls.
 
     Raises
     ------
     InputError
-        When the material is one of shells or nearly incompressible, or the axes lie on one line.
+        When the material is one of shells or nearly incompressible, the axes lie on one line, or the integration is
+        unknown.
 
     References
     ----------
@@ -303,9 +307,11 @@ class Solid(Property):
 
     material: Material | Orthotropic3D | Anisotropic
     axes: tuple[Vector, Vector] | None = None
+    integration: SolidIntegration = "full"
 
     def __post_init__(self) -> None:
-        """Refuse laminae and axes on one line."""
+        """Refuse laminae, axes on one line and unknown integrations."""
+        refuse_unknown(self.integration, get_args(SolidIntegration), "solid: integration")
         if isinstance(self.material, Orthotropic):
             raise InputError("a solid cannot be made of a lamina, which lacks E3, nu13, nu23; give an Orthotropic3D")
         if isinstance(self.material, Material) and self.material.nu > INCOMPRESSIBLE:

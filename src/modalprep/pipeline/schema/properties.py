@@ -270,12 +270,16 @@ class SolidTable(Table):
     axes: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
         None, description="e1, and a direction in the plane of e1 and e2, of the material; default those of the mesh"
     )
+    integration: Literal["full", "reduced"] = Field(
+        "full", description="of hexahedra of 20 nodes: 3 x 3 x 3 or 2 x 2 x 2 points, which suit thin curved walls"
+    )
 
     def build(self, materials: Materials) -> Solid:
         """Return the property in SI."""
         axes = None if self.axes is None else (triple(self.axes[0]), triple(self.axes[1]))
         kinds = (Material, Orthotropic3D, Anisotropic)
-        return Solid(material=find_material(self.material, materials, kinds), axes=axes)
+        material = find_material(self.material, materials, kinds)
+        return Solid(material=material, axes=axes, integration=self.integration)
 
 
 class MassTable(Table):
