@@ -204,10 +204,31 @@ def rigid_body(deck: Deck, block: Block) -> None:
         tied += [node for key in keys for node in deck.elements[key].nodes]
     pins = deck.nodes_of(block, block.scope, block.options["PIN NSET"]) if block.options.get("PIN NSET") else []
     tied = [node for node in dict.fromkeys(tied) if node not in set(pins)]
-    if block.options.get("ROT NODE"):
-        deck.note(f"*RIGID BODY (line {block.line}): its ROT NODE is left out; the reference node has the rotations")
+    _rotation_node(deck, block, reference[0])
     _rigid(deck, block, reference[0], tied, whole)
     _rigid(deck, block, reference[0], list(dict.fromkeys(pins)), pinned)
+
+
+def _rotation_node(deck: Deck, block: Block, reference: int) -> None:
+    """Remember that the displacements of CalculiX' ROT NODE are the rotations of the reference node."""
+    name = block.options.get("ROT NODE")
+    if not name:
+        return
+    nodes = deck.nodes_of(block, block.scope, name)
+    if len(nodes) != 1 or nodes[0] == reference:
+        block.refuse(f"names {len(nodes)} nodes as ROT NODE, or the reference node; give one node of its own")
+    deck.current.setdefault("rotation nodes", {})[nodes[0]] = reference
+
+
+def turn_rotation_nodes(deck: Deck) -> None:
+    """Hold and join the rotations of the reference nodes in place of the displacements of their ROT NODE."""
+    for node, reference in deck.current.get("rotation nodes", {}).items():
+        held = {c + 3 for c in deck.held.pop(node, set()) if c < 3}
+        if held:
+            deck.held.setdefault(reference, set()).update(held)
+        for k, (terms, name) in enumerate(deck.equations):
+            own = [(reference, c + 3, f) if n == node and c < 3 else (n, c, f) for n, c, f in terms]
+            deck.equations[k] = own, name
 
 
 def _rigid(deck: Deck, at: Row | Block, node: int, nodes: Sequence[int], mask: np.ndarray) -> None:

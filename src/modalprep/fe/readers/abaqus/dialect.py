@@ -69,7 +69,8 @@ def spoken(blocks: list[Block], given: str | None) -> Spoken:
 
     Examples
     --------
-    >>> beam = Block("ELEMENT", {"TYPE": "B32R"}, "a.inp", 7)
+    >>> from modalprep.fe.readers.abaqus.lexer import Options
+    >>> beam = Block("ELEMENT", Options(TYPE="B32R"), "a.inp", 7)
     >>> spoken([beam], None)
     Spoken(dialect='calculix', proof='TYPE=B32R in line 7')
     """

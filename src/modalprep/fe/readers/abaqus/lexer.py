@@ -56,6 +56,42 @@ class Row(NamedTuple):
         return int(value)
 
 
+class Options(dict[str, str]):
+    """The options of a keyword, and those of them that a reader has asked for.
+
+    Examples
+    --------
+    >>> options = Options(NAME="t", ADJUST="NO")
+    >>> options.get("ADJUST"), options.unread
+    ('NO', ['NAME'])
+    """
+
+    def __init__(self, *given: Any, **more: str) -> None:
+        super().__init__(*given, **more)
+        self._read: set[str] = set()
+
+    def __getitem__(self, name: str) -> str:
+        self._read.add(name)
+        return super().__getitem__(name)
+
+    def __contains__(self, name: object) -> bool:
+        self._read.add(str(name))
+        return super().__contains__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return an option, or the default."""
+        return self[name] if name in self else default
+
+    def peek(self, name: str) -> str:
+        """Return an option without asking for it, empty when there is none."""
+        return dict.get(self, name, "")
+
+    @property
+    def unread(self) -> list[str]:
+        """The options that nothing has asked for."""
+        return [name for name in self if name not in self._read]
+
+
 @dataclass(slots=True)
 class Block:
     """A keyword with its options and its data lines.
@@ -64,7 +100,7 @@ class Block:
     ----------
     keyword : str
         Capitals, one blank between words.
-    options : {str: str}
+    options : Options
         Values as the file spells them, names in capitals.
     scope : str
         Name of the instance that it belongs to, in capitals; empty outside.
@@ -75,7 +111,7 @@ class Block:
     """
 
     keyword: str
-    options: dict[str, str]
+    options: Options
     file: str
     line: int
     rows: list[Row] = field(default_factory=list)
@@ -127,7 +163,7 @@ class _Reading:
         self.folder = path.parent
         self.digest = hashlib.sha256()
         self.files = 0
-        self.blocks = [Block("", {}, str(path), 0)]
+        self.blocks = [Block("", Options(), str(path), 0)]
 
     def read(self, path: Path, inside: tuple[Path, ...] = ()) -> None:
         """Append the blocks of a file; its first lines may go on with the block before."""
@@ -210,7 +246,7 @@ def _block(header: str, file: str, line: int) -> Block:
     name, *rest = _fields(header[1:])
     pairs = [part.partition("=") for part in rest if part]
     options = {" ".join(key.upper().split()): value.strip().strip('"') for key, _, value in pairs}
-    return Block(" ".join(name.upper().split()), options, file, line)
+    return Block(" ".join(name.upper().split()), Options(options), file, line)
 
 
 def _fields(line: str) -> list[str]:

@@ -13,12 +13,12 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.builder import cell_data
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
-from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms
+from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms, turn_rotation_nodes
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.dialect import spoken
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
-from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES
+from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES, WITHOUT_EFFECT
 from modalprep.fe.readers.abaqus.ties import tie_equations
 from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
@@ -74,9 +74,17 @@ def read_abaqus(
                 entry = stage.get(block.keyword)
                 if entry and entry.handle:
                     entry.handle(deck, block)
+                    _skip_unread(deck, block)
         _refuse_bare_couplings(deck, blocks)
         _note_bare_points(deck)
         return _mesh(deck, sha256)
+
+
+def _skip_unread(deck: Deck, block: Block) -> None:
+    """Note the parameters of a keyword that nothing has asked for, but those without effect on a linear model."""
+    for name in block.options.unread:
+        if name not in WITHOUT_EFFECT:
+            deck.skipped.append((f"parameter {name} of *{block.keyword}", f"line {block.line}"))
 
 
 def _spelled(block: Block) -> Block:
@@ -124,7 +132,7 @@ def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Bl
 
 
 def _names(block: Block) -> tuple[str, ...]:
-    kind = block.options.get("TYPE", "")
+    kind = block.options.peek("TYPE")
     return _plain(block.keyword), _plain(f"{block.keyword},TYPE={kind}")
 
 
@@ -162,6 +170,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
     turning = {n for e in deck.elements.values() if e.family in ROTATING for n in (*e.nodes, *e.extra)}
     turning |= {link.node for link in deck.links}
     tie_equations(deck, turning)
+    turn_rotation_nodes(deck)
     _free_held_means(deck)
     _name_supports(deck)
     order, labels = _labels(deck)

@@ -59,19 +59,38 @@ SECTIONS = {
 CONSTRAINTS = {
     "TIE": Entry(
         "approximated",
-        "Each node of the slave surface follows the master face next to it, onto which it moves.",
+        "Each node of the slave surface follows the master face next to it, onto which it moves; with ADJUST=NO it "
+        "stays, and its gap turns with the face.",
         ties.tie,
     ),
     "COUPLING": Entry("read", "", constraints.coupling),
     "KINEMATIC": Entry("read", "", constraints.kinematic),
     "DISTRIBUTING": Entry("read", "Weighted by the area of faces; nodes alike.", constraints.distributing),
     "KINEMATIC COUPLING": Entry("read", "", constraints.kinematic_coupling),
-    "RIGID BODY": Entry("read", "", constraints.rigid_body),
+    "RIGID BODY": Entry(
+        "read", "Displacements of CalculiX' ROT NODE are rotations of the reference node.", constraints.rigid_body
+    ),
     "MPC": Entry("read", "BEAM, TIE, PIN, LINK.", constraints.mpc),
     "EQUATION": Entry("read", "", constraints.equation),
     "BOUNDARY": Entry(
         "read", "Before the steps and in the first, as supports; a displacement is held at zero.", constraints.boundary
     ),
+}
+WITHOUT_EFFECT = {  # parameters: names, and what counts in other analyses
+    "NAME",
+    "CONSTRAINT NAME",
+    "CONTROLS",
+    "DEPENDENCIES",
+    "DESCRIPTION",
+    "INSTANCE",
+    "INTERNAL",
+    "UNSORTED",
+    "TEMPERATURE",
+    "POISSON",
+    "SECTION INTEGRATION",
+    "AMPLITUDE",
+    "FIXED",
+    "LOAD CASE",
 }
 STAGES = (GEOMETRY, MATERIALS, AXES, SECTIONS, CONSTRAINTS)
 

@@ -12,6 +12,7 @@ from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.sets import faces_of, surface_nodes, surface_of
+from modalprep.vectors import skew
 
 TOLERANCE = 0.05  # of the size of a master face, where the deck gives none
 STEPS = 20  # of Newton's method; plane faces need one
@@ -19,20 +20,39 @@ SETTLED = 1e-13
 
 
 class Place(NamedTuple):
-    """The point of a face next to a node: distance, weights of the nodes of the face, and the point."""
+    """The point of a face next to a node: distance, weights of the nodes of the face and their slopes, the point."""
 
     distance: float
     weights: np.ndarray
+    slopes: np.ndarray
     point: np.ndarray
 
 
+class Tied(NamedTuple):
+    """A slave node, the nodes of its master face with their weights, and the gap ``(3,)`` from its point to it.
+
+    `turning (nodes, 3, 3)` makes the rotation of the face of the displacements of its nodes.
+    """
+
+    slave: int
+    nodes: list[int]
+    weights: np.ndarray
+    gap: np.ndarray
+    turning: np.ndarray
+    name: str
+
+
 def tie(deck: Deck, block: Block) -> None:
-    """``*TIE``: translations, and rotations where both sides have them; nodes off the surface are moved onto it."""
+    """``*TIE``: translations, and rotations where both sides have them.
+
+    Nodes off the surface are moved onto it, or with ADJUST=NO stay where they are and turn with the master face.
+    """
     if "CYCLIC SYMMETRY" in block.options:
         block.refuse("of a cyclic symmetry is not read; give the whole structure")
     if not block.rows:
         block.refuse("names no surfaces; give the slave and the master")
     tolerance = block.options.get("POSITION TOLERANCE")
+    move = block.choice("ADJUST", "YES") != "NO"
     for row in block.rows:
         slaves = surface_nodes(deck, block, row.text(0))
         faces = faces_of(deck, block, surface_of(deck, block, row.text(1)))
@@ -40,10 +60,12 @@ def tie(deck: Deck, block: Block) -> None:
         if not slaves or not faces:
             raise row.error("a surface of *TIE has no nodes or no faces; the master must be one of faces")
         reach = Row([tolerance], row.file, row.line).real(0, "POSITION TOLERANCE") if tolerance else None
-        _tie(deck, row, slaves, faces, reach)
+        _tie(deck, row, slaves, faces, reach, move)
 
 
-def _tie(deck: Deck, row: Row, slaves: list[int], faces: list[tuple[str, list[int]]], reach: float | None) -> None:
+def _tie(
+    deck: Deck, row: Row, slaves: list[int], faces: list[tuple[str, list[int]]], reach: float | None, move: bool
+) -> None:
     points = [np.array([deck.points[i] for i in nodes]) for _, nodes in faces]
     centres = np.array([p.mean(axis=0) for p in points])
     radius = np.array([np.linalg.norm(p - c, axis=1).max() for p, c in zip(points, centres, strict=True)])
@@ -62,10 +84,15 @@ def _tie(deck: Deck, row: Row, slaves: list[int], faces: list[tuple[str, list[in
         if place.distance > (TOLERANCE * 2 * radius[k] if reach is None else reach):
             far.append(slave)
             continue
-        moved = max(moved, place.distance)
-        deck.points[slave] = place.point
+        gap = np.zeros(3) if move else at - place.point
+        if move:
+            moved = max(moved, place.distance)
+            deck.points[slave] = place.point
         tied.add(slave)
-        deck.current.setdefault("ties", []).append((slave, faces[k][1], place.weights, f"*TIE in line {row.line}"))
+        own = Tied(
+            slave, faces[k][1], place.weights, gap, _turning(points[k], place.slopes), f"*TIE in line {row.line}"
+        )
+        deck.current.setdefault("ties", []).append(own)
     _say(deck, row, len(slaves), far, moved)
 
 
@@ -82,11 +109,47 @@ def _say(deck: Deck, row: Row, count: int, far: list[int], moved: float) -> None
 
 def tie_equations(deck: Deck, turning: set[int]) -> None:
     """Make the equations of the ties; `turning` are the nodes with rotations."""
-    for slave, nodes, weights, name in deck.current.get("ties", []):
-        rotates = slave in turning and all(node in turning for node in nodes)
-        for c in range(6 if rotates else 3):
-            terms = [(node, c, -float(w)) for node, w in zip(nodes, weights, strict=True) if abs(w) > SETTLED]
-            deck.equations.append(([(slave, c, 1.0), *terms], name))
+    for tied in deck.current.get("ties", []):
+        whole = all(node in turning for node in tied.nodes)
+        for c in range(6 if whole and tied.slave in turning else 3):
+            terms = [(n, c, -float(w)) for n, w in zip(tied.nodes, tied.weights, strict=True) if abs(w) > SETTLED]
+            if c < 3 and tied.gap.any():
+                terms += _of_gap(tied, c, whole)
+            deck.equations.append(([(tied.slave, c, 1.0), *_summed(terms)], tied.name))
+
+
+def _of_gap(tied: Tied, component: int, whole: bool) -> list[tuple[int, int, float]]:
+    """Return the terms of the rotation of the master face, about which the gap turns: of its nodes or its shape."""
+    lever = skew(tied.gap)[component]  # theta x gap = -gap x theta
+    if whole:
+        rows = tied.weights[:, None] * lever
+        return [(n, 3 + k, float(x)) for n, row in zip(tied.nodes, rows, strict=True) for k, x in enumerate(row) if x]
+    rows = lever @ tied.turning
+    return [(n, k, float(x)) for n, row in zip(tied.nodes, rows, strict=True) for k, x in enumerate(row) if x]
+
+
+def _summed(terms: list[tuple[int, int, float]]) -> list[tuple[int, int, float]]:
+    """Return terms with each component of each node once."""
+    total: dict[tuple[int, int], float] = {}
+    for node, c, factor in terms:
+        total[node, c] = total.get((node, c), 0.0) + factor
+    return [(node, c, factor) for (node, c), factor in total.items()]
+
+
+def _turning(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Return the rotation of a face by the displacements of its nodes ``(n, 3, 3)``; exact for rigid motions.
+
+    ``omega = (g^1 x dg_1 + g^2 x dg_2 + n x dn) / 2`` with the tangents g_a, their dual base g^a, and the normal n,
+    whose change is ``dn = -(dg_a n) g^a``.
+    """
+    tangents = (points.T @ slopes).T
+    normal = np.cross(*tangents)
+    normal = normal / np.linalg.norm(normal)
+    dual = np.linalg.inv(np.array([*tangents, normal])).T[:2]
+    return sum(
+        slope[:, None, None] * (skew(g) - np.outer(np.cross(normal, g), normal)) / 2
+        for g, slope in zip(dual, slopes.T, strict=True)
+    )
 
 
 def nearest(kind: str, points: np.ndarray, at: np.ndarray) -> Place:
@@ -109,9 +172,9 @@ def nearest(kind: str, points: np.ndarray, at: np.ndarray) -> Place:
 
 
 def _place(kind: str, points: np.ndarray, at: np.ndarray, x: np.ndarray) -> Place:
-    weights = _shapes(kind, x)[0]
+    weights, slopes = _shapes(kind, x)
     point = weights @ points
-    return Place(float(np.linalg.norm(point - at)), weights, point)
+    return Place(float(np.linalg.norm(point - at)), weights, slopes, point)
 
 
 def _on_edge(kind: str, points: np.ndarray, at: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
