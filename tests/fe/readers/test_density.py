@@ -89,3 +89,24 @@ def test_a_model_without_any_mass_is_refused(tmp_path):
 def test_a_density_below_zero_is_refused():
     with pytest.raises(mp.InputError, match="rho = -1 must be zero or positive"):
         mp.Material(E=1.0, nu=0.0, rho=-1.0)
+
+
+def test_a_massless_strut_that_turns_freely_at_an_interface(tmp_path):
+    """A beam of 7800 kg/m^3, and a strut without density from a hinge (PA = 5) at its end to an interface.
+
+    The strut turns without strain: one motion of frequency zero, as far as it has mass.
+    """
+    cards = ["GRID,1", "GRID,2,,1.", "GRID,3,,1.,,1.", "CBAR,1,5,1,2,0.,1.,0.", "CBAR,2,6,2,3,0.,1.,0.", ",5"]
+    cards += [
+        "PBAR,5,7,.01,3.-7,3.-7,6.-7",
+        "PBAR,6,8,.01,3.-7,3.-7,6.-7",
+        "MAT1,7,2.+11,,.3,7800.",
+        "MAT1,8,2.+11,,.3",
+    ]
+    (tmp_path / "strut.bdf").write_text("\n".join([*cards, "ENDDATA\n"]))
+    ends = {"root": mp.Interface(node=1, kind="node"), "tip": mp.Interface(node=3, kind="node")}
+    model = mp.assemble(mp.read_mesh(tmp_path / "strut.bdf"), {}, ends)
+    body = mp.flexible_body(model, mp.craig_bampton(model, modes=2), name="strut")
+    assert body.m == pytest.approx(78.0, rel=1e-11)
+    assert (body.frequency == 0).sum() == 1
+    assert [check.name for check in mp.check_body(body) if not check.passed] == []

@@ -20,6 +20,7 @@ from modalprep.fe.assembly.parts import Elements, Part, find_parts, refuse_disco
 from modalprep.fe.assembly.placing import Placed, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
+from modalprep.fe.assembly.slight_mass import with_slight_mass
 from modalprep.fe.assembly.sparsity import Pattern, node_graph, pairs_of
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import Totals
@@ -118,6 +119,8 @@ def assemble(
     placed = place(mesh, interfaces, nodes, at, dof, held)
     more += [*unheld, *placed.notes, *hidden_hinges(mesh, parts), *offset_areas(mesh, parts), *_odd_units(mesh, parts)]
     rule = MassRule(mass, mesh.coupled_mass)
+    if sum(spec.boundary == "fixed" for spec in interfaces.values()) > 1:
+        parts = with_slight_mass(parts, rule, mesh.points)
     return _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
 
 

@@ -98,6 +98,97 @@ def test_continuation_with_markers_in_field_ten(read):
     assert (mesh.properties["pbar_5"].Iz, mesh.properties["pbar_5"].J) == (2e-6, 4e-6)
 
 
+def offset_mass(number, marker):
+    """A mass of 1 at grid 2 whose inertia stands in the line with the marker."""
+    return f"CONM2   {number:<8}{2:<8}{'':8}{'1.':40}{marker}\n"
+
+
+def inertia(marker, value):
+    return f"{marker:8}{value:16}{value}\n"
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [("first", "A", "second", "B"), ("first", "second", "B", "A"), ("first", "B", "second", "A")],
+    ids=["as they come", "the second first", "before its card"],
+)
+@pytest.mark.parametrize("sign", ["+", "*"])
+def test_continuations_belong_to_the_card_with_their_marker(read, parts, sign):
+    """Each of two masses keeps its own inertia."""
+    text = {"first": offset_mass(11, sign + "A"), "second": offset_mass(12, "+B")}
+    text |= {"A": inertia("+A", ".1"), "B": inertia("+B", ".2")}
+    mesh = read(GRIDS + BAR + PBAR + STEEL + "".join(text[part] for part in parts))
+    assert mesh.properties["conm2_11"].inertia[:2] == (0.1, 0.1)
+    assert mesh.properties["conm2_12"].inertia[:2] == (0.2, 0.2)
+
+
+def test_a_chain_of_continuations_out_of_order(read):
+    """Three lines of a CHEXA of 20 nodes, the last one first."""
+    cube = "".join(f"GRID,{k},,{x}.,{y}.,{z}.\n" for k, (x, y, z) in enumerate(CUBE, 1))
+    lines = [
+        f"CHEXA   {9:<8}{3:<8}" + "".join(f"{k:<8}" for k in range(1, 7)) + "+X1",
+        f"+X1     {7:<8}{8:<8}" + " " * 48 + "+X2",
+        f"+X2     {'':8}",
+    ]
+    deck = cube + "PSOLID,3,7\n" + STEEL.strip() + "\nGRID    99" + " " * 62 + "+ZZ\n"
+    ordered = read(deck + "\n".join(lines) + "\n")
+    same(read(deck + "\n".join(lines[k] for k in (2, 0, 1)) + "\n"), ordered)
+    same(read(deck + "\n".join(lines[k] for k in (2, 1, 0)) + "\n"), ordered)
+
+
+CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+WRONG = {
+    "before its card": (inertia("+A", ".1") + offset_mass(11, "+A"), r"\+A stands behind a card without a marker and"),
+    "no card": (
+        "GRID    5               1.                                              +YY\n+ZZ             2.\n",
+        r"the continuation \+ZZ belongs to no card",
+    ),
+    "two cards": (
+        offset_mass(11, "+A") + offset_mass(12, "+A") + f"GRID    9{'':63}+C\n" + inertia("+A", ".1"),
+        r"the continuation \+A belongs to CONM2 in line \d+ and CONM2 in line",
+    ),
+    "twice": ("GRID    5" + " " * 63 + "+Y\n+Z      .1\n+Z      .2\n", r"the continuation \+Z is there twice"),
+    "surplus": ("GRID,5,,1.,2.,3.\n,7.\n", "GRID 5: it has 9 fields and can have 8"),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG.values(), ids=WRONG)
+def test_continuations_without_one_card_are_refused(read, text, message):
+    with pytest.raises(InputError, match=message):
+        read(GRIDS + BAR + PBAR + STEEL + text)
+
+
+def test_free_fields_of_more_than_ten_and_between_blanks(read):
+    """A line goes on without a marker, and blanks separate as commas do."""
+    cord = "CORD2R,3,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,5,3,9.,0.,0.\n"
+    reference = read(GRIDS + BAR + PBAR + STEEL + cord + "SPC1,1,123456,1,2,3,4,1,2,3,4\n")
+    for system in ("CORD2R,3,,0.,0.,0.,0.,0.,1.,1.,0.,0.\n", "CORD2R, 3 0  0. 0. 0., 0. 0. 1.,1. 0. 0.\n"):
+        text = cord.replace("CORD2R,3,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n", system)
+        found = read(
+            GRIDS
+            + BAR
+            + PBAR.replace(",", " ").replace(" ", ", ", 1)
+            + STEEL
+            + text
+            + "SPC1,1,123456,1 2 3 4 1 2,3,4\n"
+        )
+        same(found, reference)
+        assert len(found.supports["spc_1"].nodes) == 4
+
+
+def test_a_number_in_the_tenth_field_is_no_marker(read):
+    mesh = read(GRIDS + "GRID,5,,5.\nGRID,6,,6.\nGRID,7,,7.\n" + BAR + PBAR + STEEL + "SPC1,1,123456,1,2,3,4,5,6,7\n")
+    assert len(mesh.supports["spc_1"].nodes) == 7
+
+
+def test_the_name_of_an_included_file_goes_on_over_lines(read, tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "grids.blk").write_text(GRIDS)
+    same(read("INCLUDE 'sub/\n   grids.blk'\n" + BAR + PBAR + STEEL), read(GRIDS + BAR + PBAR + STEEL))
+    with pytest.raises(InputError, match="INCLUDE file 'sub/"):
+        read("INCLUDE 'sub/\n" + GRIDS)
+
+
 @pytest.mark.parametrize(
     "line",
     [
@@ -235,7 +326,7 @@ BAD = [
     (GOOD + "INCLUDE 'deck.bdf'\n", "INCLUDE goes round in circles"),
     ("+,1.\n" + GOOD, "line 1: a continuation without a card"),
     ("CEND\n" + GOOD, "CEND but no BEGIN BULK"),
-    (GOOD + "SPC1,1,123,1,2,3,4,1,2,3,4\n", "line 8: more than ten fields"),
+    (GOOD + "SPC1,1,123,1,2,3,4,1,2,+3,4\n", "line 8: more fields behind the marker"),
 ]
 
 

@@ -1,9 +1,8 @@
 """Nastran bulk data as text: lines to cards.
 
 Small field (ten columns of 8 characters), large field (``NAME*``, columns of 16) and free field (commas) may be mixed
-line by line. A line continues a card when its first field is blank or starts with ``+`` or ``*``; continuation
-markers in field 10 are ignored, so continuations follow their card in the file. Fields are counted from 0
-after the name: ``fields[0]`` is the id.
+line by line. A line continues a card when its first field is blank or starts with ``+`` or ``*`` (continuations.py says
+which). Fields are counted from 0 after the name: ``fields[0]`` is the id.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ import codecs
 import hashlib
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,8 +19,9 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.readers.nastran import replication
+from modalprep.fe.readers.nastran.continuations import Continuations
+from modalprep.fe.readers.nastran.lines import REAL, Line, split
 
-REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[ED]?([+-]\d+)|[ED](\d+))?")
 INTEGER = re.compile(r"[+-]?\d{1,10}")
 BEGIN = re.compile(r"^\s*BEGIN\b(?!\s+SUPER)", re.IGNORECASE)
 INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)$", re.IGNORECASE)
@@ -145,6 +146,7 @@ def read_cards(path: Path) -> Deck:
     """
     reader = _Reader(path)
     reader.read(path, ())
+    reader.continuations.finish()
     for card in reader.cards:
         while card.fields and not card.fields[-1]:
             card.fields.pop()
@@ -156,6 +158,7 @@ class _Reader:
         self.folder = path.parent
         self.digest = hashlib.sha256()
         self.cards: list[Card] = []
+        self.continuations = Continuations()
         self.files, self.ended, self.open = 0, False, False
         self.steps: dict[int, str] = {}  # increments of the last card, by field
         self.copies = 0
@@ -166,12 +169,14 @@ class _Reader:
         if path.resolve() in stack or len(stack) >= MAX_DEPTH or self.files > MAX_FILES:
             raise InputError(f"{path.name}: INCLUDE goes round in circles or too deep; include every file once")
         lines = self._lines(path)
-        for number, line in list(enumerate(lines, 1))[0 if stack else _bulk_start(lines, path) :]:
+        rest = iter(list(enumerate(lines, 1))[0 if stack else _bulk_start(lines, path) :])
+        for number, line in rest:
             if self.ended:
                 return
             line = line.split("$", 1)[0].rstrip()
             if match := INCLUDE.match(line):
-                self.read(self._included(match[1], path, number), (*stack, path.resolve()))
+                name = _whole_name(match[1], rest)
+                self.read(self._included(name, path, number), (*stack, path.resolve()))
             elif line:
                 self._line(line.upper(), path.name, number)
         if not stack and not self.ended and self.open:
@@ -193,33 +198,40 @@ class _Reader:
                 if "\0" not in spelling and (folder / spelling).is_file():
                     return folder / spelling
         raise InputError(
-            f"{path.name} line {number}: INCLUDE file {name!r} does not exist beside the deck; put it there"
+            f"{path.name} line {number}: INCLUDE file {name[:200]!r} does not exist beside the deck; put it there"
         )
 
     def _line(self, line: str, file: str, number: int) -> None:
-        head, data, marker = _split(line)
-        if data is None:
-            raise InputError(f"{file} line {number}: more than ten fields in one line; continue the card on the next")
-        if (copies := replication.count(head)) is not None:
-            self._copy(copies, f"{file} line {number}")
+        where = f"{file} line {number}"
+        parts = split(line)
+        if parts is None:
+            raise InputError(f"{where}: more fields behind the marker of the line; continue the card on the next")
+        if (copies := replication.count(parts.head)) is not None:
+            self._copy(copies, where)
             self.open = False
             return
-        if head == "=" or replication.repeats(data):
-            head, data = self._replicated(head, data, f"{file} line {number}")
-        elif head and head[0] not in "+*":
+        if parts.head == "=" or replication.repeats(parts.data):
+            parts = parts._replace(**dict(zip(("head", "data"), self._replicated(*parts[:2], where), strict=True)))
+        elif not parts.continues:
             self.steps = {}
-        if not head or head[0] in "+*":
-            if not self.cards:
-                raise InputError(f"{file} line {number}: a continuation without a card before it; start at BEGIN BULK")
-            fields = self.cards[-1].fields
-            if len(data) == 8:
-                fields += [""] * (-len(fields) % 8)
-            fields += data
-        elif head == "ENDDATA":
+        if parts.continues:
+            self._continue(parts, where)
+        elif parts.head == "ENDDATA":
             self.ended = True
         else:
-            self.cards.append(Card(head.rstrip("* "), data, file, number))
-        self.open = bool(marker) or (len(data) == 4 and head[:1] != "*")
+            self.cards.append(Card(parts.head.rstrip("* "), parts.data, file, number))
+            self.continuations.begin(self.cards[-1], parts)
+        self.open = bool(parts.marker) or (len(parts.data) == 4 and parts.head[:1] != "*")
+
+    def _continue(self, line: Line, where: str) -> None:
+        """Add a line to the card that it goes on with, or keep it for one that follows."""
+        card = self.continuations.parent(line, where)
+        if card is not None:
+            self.continuations.add(card, line)
+        elif line.head[1:]:
+            self.continuations.keep(line, where)
+        else:
+            raise InputError(f"{where}: a continuation without a card before it; start at BEGIN BULK")
 
     def _replicated(self, head: str, data: list[str], where: str) -> tuple[str, list[str]]:
         """Fill the fields that refer to the card before, or of a continuation to the same line of the card before."""
@@ -259,22 +271,13 @@ class _Reader:
             self.cards.append(Card(last.name, fields, last.file, last.line))
 
 
-def _split(line: str) -> tuple[str, list[str] | None, str]:
-    """Return the first field, the eight (small) or four (large) fields after it, and the continuation marker."""
-    if "," in line:
-        head, *data = (field.strip() for field in line.split(","))
-        width = 4 if "*" in (head[:1], head[-1:]) else 8
-        marker = data[width] if len(data) > width else ""
-        if any(data[width + 1 :]):
-            return head, None, ""
-        data = data[:width]
-    else:
-        line = line.expandtabs(8)
-        head = line[:8].strip()
-        width = 4 if "*" in (head[:1], head[-1:]) else 8
-        data = [line[i : i + 64 // width].strip() for i in range(8, min(len(line), 72), 64 // width)]
-        marker = line[72:80].strip()
-    return head.split()[0] if head else "", data + [""] * (width - len(data)), marker
+def _whole_name(text: str, rest: Iterator[tuple[int, str]]) -> str:
+    """Return the name of a file whose quotation marks close on one of the lines that follow."""
+    quote = text[:1]
+    while quote in ("'", '"') and quote not in text[1:]:
+        _, line = next(rest, (0, quote))
+        text = text.rstrip() + line.split("$", 1)[0].strip()
+    return text
 
 
 def _bulk_start(lines: list[str], path: Path) -> int:

@@ -18,7 +18,7 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.points import add_scalar_masses
-from modalprep.fe.readers.nastran.registry import REGISTRY, Table, unused
+from modalprep.fe.readers.nastran.registry import REGISTRY, Table, refuse_surplus, unused
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
 from modalprep.fe.readers.units import Units
 
@@ -118,8 +118,10 @@ def _sorted(cards: list[Card], ignore: set[str]) -> tuple[Tables, list[Card], li
         elif entry is None:
             others[ADVICE].append(place)
         elif isinstance(entry.handle, Table):
+            refuse_surplus(card)
             entry.handle(tables, card)
         elif entry.handle:
+            refuse_surplus(card)
             structure.append(card)
         elif entry.treatment == "refused":
             refused.append(card)

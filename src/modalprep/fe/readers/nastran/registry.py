@@ -148,6 +148,24 @@ def _registry() -> dict[str, Entry]:
 
 REGISTRY: dict[str, Entry] = _registry()
 
+LONGEST = {  # fields that a card can have behind its name
+    **{"GRID": 8, "CORD2R": 11, "CORD2C": 11, "CORD2S": 11, "CONM2": 15, "RBAR": 9},
+    **{"CBAR": 16, "CBEAM": 18, "CROD": 4, "CTUBE": 4, "CONROD": 7, "CELAS1": 6, "CELAS2": 8, "CBUSH": 13},
+    **{"CQUAD4": 14, "CTRIA3": 13, "CQUAD8": 17, "CTRIA6": 14, "CSHEAR": 6},
+    **{"CTETRA": 12, "CPYRAM": 15, "CPENTA": 17, "CHEXA": 22},
+    **{"MAT1": 12, "PBAR": 19, "PROD": 6, "PTUBE": 6, "PSHELL": 11, "PSOLID": 8, "PSHEAR": 6},
+}
+
+
+def refuse_surplus(card: Card) -> None:
+    """Refuse a card with fields that it cannot have, which mostly belong to another one."""
+    longest = LONGEST.get(card.name, len(card.fields))
+    if len(card.fields) > longest:
+        raise card.error(
+            f"it has {len(card.fields)} fields and can have {longest}; give each continuation the marker of its card"
+        )
+
+
 GE = {"MAT1": 7, "MAT2": 12, "MAT8": 16, "PCOMP": 6, "PCOMPG": 6, "PELAS": 2}  # field of the structural damping GE
 PARAMETERS = ("G", "W3", "W4", "ALPHA1", "ALPHA2", "K6ROT", "SNORM", "COUPMASS")
 SEID = 7  # field of a grid
