@@ -33,7 +33,7 @@ from chains import arguments, chain, compiled, medians
 import modalprep as mp
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.record import Recorder
-from modalprep.multibody.simulate import prepare
+from modalprep.multibody.preparation import prepare
 
 OPTIONS = {"method": "auto", "rtol": 1e-5, "atol": 1e-10}
 

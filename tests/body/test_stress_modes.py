@@ -10,7 +10,7 @@ from modalprep.body.difference import compare_bodies
 from modalprep.examples import beam_mesh
 from modalprep.multibody.deploying.simulate import deployment_channels
 from modalprep.multibody.free_body.flight import simulate_free_system
-from modalprep.multibody.simulate import channel_names
+from modalprep.multibody.preparation import channel_names
 from modalprep.reduction.projected import projected_basis
 
 STEEL = mp.Material(E=2e11, nu=0.3, rho=7800.0)

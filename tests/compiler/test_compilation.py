@@ -215,7 +215,7 @@ def test_second_process_finds_the_compiled_kernel():
         "import numpy as np, modalprep as mp\n"
         "from modalprep.examples import uniform_beam\n"
         "from modalprep.multibody.evaluation.evaluate import evaluate\n"
-        "from modalprep.multibody.simulate import prepare\n"
+        "from modalprep.multibody.preparation import prepare\n"
         "hinge = mp.Joint(name='h', type='revolute', parent='ground', child='a')\n"
         "system = mp.System(bodies={'a': uniform_beam(modes=1)}, joints=(hinge,))\n"
         "prepare(system, np.array([0.0, 1.0]), method='auto', rtol=1e-5, atol=1e-9)\n"

@@ -40,7 +40,7 @@ LAYERS = {
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
         "kernels.loads", "packing", "elements", "evaluation", "reference", "integration.events", "integration",
-        "results", "compilation", "simulate", "free_body", "analysis", "deploying",
+        "results", "preparation", "compilation", "analysis", "starts", "simulate", "free_body", "deploying",
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",
@@ -74,7 +74,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     # what files hold, nothing of the solver
     ("formats", "multibody"): {
         *(f"multibody.results.{name}" for name in "result envelopes fields recovered".split()),
-        "multibody.analysis.state_space",
+        "multibody.analysis.state_space", "multibody.evaluation.system_state",
     },
     # the solver sees bodies, their mass at a deflection and a fill level and the motion from which they recover forces;
     # of its own it makes only rigid rods

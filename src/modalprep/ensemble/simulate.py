@@ -20,8 +20,10 @@ from modalprep.ensemble.task import CaseTask
 from modalprep.errors import InputError
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
+from modalprep.multibody.preparation import channel_names
 from modalprep.multibody.results.result import Result, output_times
-from modalprep.multibody.simulate import channel_names, check_span, check_steps
+from modalprep.multibody.simulate import check_span, check_steps
+from modalprep.multibody.starts import Given, started
 from modalprep.suggest import refuse_other, refuse_unknown
 from modalprep.verdicts.notes import told
 from modalprep.workers.cluster import Cluster
@@ -50,6 +52,7 @@ def simulate_many(
     max_step: float | None = None,
     shortest_event: float | None = None,
     events: Sequence[Event] = (),
+    start: Given = "rest",
     workers: int | None = None,
     pool: str = "threads",
     scheduler: str | None = None,
@@ -65,8 +68,9 @@ def simulate_many(
         Values of start values, parameters of joints, loads and closures, and gravity, by names such as
         ``hinge.angle``, ``stay.stiffness``, ``thrust.amplitude`` and ``gravity.y``; `draw_cases` draws them from
         distributions.
-    t_end, output_step, rtol, atol, method, max_step, shortest_event, events
-        As `simulate` has them.
+    t_end, output_step, rtol, atol, method, max_step, shortest_event, events, start
+        As `simulate` has them. Each case has an equilibrium or a steady state of its own; a state that is given is that
+        of all cases.
     channels : sequence of str
         Channels that are kept, all when none is named; ``arm.tip.position.x`` is one component.
     workers : int or None
@@ -116,6 +120,7 @@ def simulate_many(
         "max_step": max_step,
         "shortest_event": shortest_event,
         "events": tuple(events),
+        "start": start if isinstance(start, str) else started(system, start),
     }
     task = plan(system, cases, channels, options)
     keeper = Keeper(None if file is None else Path(file), identity(task))
@@ -136,7 +141,8 @@ def plan(system: System, cases: Any, channels: Sequence[str], options: Mapping[s
     check_span(*(options[name] for name in ("t_end", "output_step", "rtol", "atol", "method")))
     check_steps(options["t_end"], options["max_step"], options["shortest_event"])
     values = read_cases(cases)
-    times = output_times(options["t_end"], options["output_step"])
+    begin = getattr(options["start"], "t", 0.0)
+    times = begin + output_times(options["t_end"] - begin, options["output_step"])
     first = Parameters(system, list(values))
     known = _known_channels(first, [column[0] for column in values.values()], times[-1])
     named = tuple(channels) or tuple(known)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from modalprep.formats.resultfile import read_csv as read_csv
     from modalprep.formats.resultfile import write_csv as write_csv
     from modalprep.formats.sid import write_sid as write_sid
+    from modalprep.formats.statefile import read_state as read_state
+    from modalprep.formats.statefile import write_state as write_state
     from modalprep.formats.statespace import write_state_space as write_state_space
     from modalprep.formats.uff import write_uff as write_uff
     from modalprep.formats.vtu import write_vtu as write_vtu

@@ -12,6 +12,7 @@ import numpy as np
 from modalprep.atomic import text_of_csv, write_columns, write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
+from modalprep.formats.statefile import GROUP, put_state, state_in
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.multibody.results.result import STATS, Result
 from modalprep.suggest import refuse_other
@@ -46,6 +47,8 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
             target["time"] = run.time
             for name, values in run.channels.items():
                 target[f"channels/{name}"] = values
+            if run.state is not None:
+                put_state(target.require_group(GROUP), run.state)
     return path
 
 
@@ -56,7 +59,7 @@ def read_result(path: str | Path) -> Result:
     Returns
     -------
     Result
-        With the channels, events and statistics that were written.
+        With the channels, statistics and last state that were written.
 
     Raises
     ------
@@ -72,6 +75,7 @@ def read_result(path: str | Path) -> Result:
             message=str(file.attrs["message"]),
             notes=tuple(str(file.attrs.get("notes", "")).splitlines()),
             stats=_stats(file.attrs),
+            state=state_in(file[GROUP]) if GROUP in file else None,
         )
 
 

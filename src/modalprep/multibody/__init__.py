@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.evaluation.impact import impact as impact
     from modalprep.multibody.evaluation.state import Frame as Frame
     from modalprep.multibody.evaluation.state import State as State
+    from modalprep.multibody.evaluation.system_state import SystemState as SystemState
     from modalprep.multibody.free_body.free_flyer import FreeBodyMotion as FreeBodyMotion
     from modalprep.multibody.free_body.free_flyer import simulate_free_body as simulate_free_body
     from modalprep.multibody.model.chain import Chain as Chain
@@ -50,5 +51,6 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.envelopes import Envelope as Envelope
     from modalprep.multibody.results.envelopes import envelopes as envelopes
     from modalprep.multibody.results.recovered import body_motion as body_motion
+    from modalprep.multibody.starts import state_at as state_at
 else:  # type checkers would take any name
     __getattr__, __dir__, __all__ = lazy(__name__)

@@ -8,24 +8,19 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.compilation import by_two_processes
-from modalprep.multibody.evaluation.evaluator import start_state
-from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.evaluation.system_state import state_of
 from modalprep.multibody.integration.method_selection import METHODS
-from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.integration.step_control import step_control
 from modalprep.multibody.model.events import Event, idle_closures
 from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.packed import Packed
-from modalprep.multibody.packing.tree import pack
-from modalprep.multibody.reference.constraints import closed_accelerations
-from modalprep.multibody.reference.loads import loaded_accelerations
-from modalprep.multibody.results.channels import Channels
+from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.momenta import unaudited
-from modalprep.multibody.results.record import Recorder, histories
-from modalprep.multibody.results.recovered_state import RecoveredState
+from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
+from modalprep.multibody.starts import Given, started
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
@@ -43,6 +38,7 @@ def simulate(
     atol: float = 1e-10,
     method: str = "auto",
     step: float | None = None,
+    start: Given = "rest",
     rho_inf: float = RHO_INF,
     max_step: float | None = None,
     shortest_event: float | None = None,
@@ -50,7 +46,7 @@ def simulate(
     reference: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
-    """Integrate from the joints' start values, modes at rest, to `t_end`.
+    """Integrate from the joints' start values, modes at rest, or from another start, to `t_end`.
 
     All methods run in compiled code on the order-n recursion, with dense output, and restart where a function of time
     changes its piece. Steps end at the points of tables, and are short where functions of time vary. The work of
@@ -75,6 +71,12 @@ def simulate(
         `Result.message` says which and why. Python callbacks are called in these trials too.
     step : float or None
         A fixed step (s) instead of error control; shorter where functions of time ask for it.
+    start : {"rest", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
+        "rest": the modes are at rest without deflection. "equilibrium": everything rests in static equilibrium
+        (`static_equilibrium`), prescribed joints where they are. "steady": joints that move, prescribed ones, those
+        with a rate in their start and free ones, keep their rates, and modes and all other joints are in equilibrium
+        with that motion. A state, or the end of another run, whose time goes on: the run begins there. A dictionary
+        has modal coordinates, ``{"arm.modal": [...]}``.
     rho_inf : float
         Spectral radius of generalised-alpha at infinite frequency, 0 to 1.
     max_step : float or None
@@ -133,11 +135,16 @@ def simulate(
         raise InputError(f"the reference implementation is integrated explicitly, not by {method!r}; leave out method")
     if rho_inf != RHO_INF and (reference or method in ("explicit", "rosenbrock")):
         raise InputError(f"rho_inf = {rho_inf:g} has no effect on this method; it belongs to 'generalised_alpha'")
-    times = output_times(t_end, output_step)
+    state = started(system, start)
+    begin = 0.0 if state is None else state.t
+    if not begin < t_end:
+        raise InputError(f"simulation t_end = {t_end:g} s is not after its start, which is at {begin:g} s")
+    times = begin + output_times(t_end - begin, output_step)
     with by_two_processes(system):
         integration = prepare(
             system,
             times,
+            start=state,
             reference=reference,
             method="explicit" if reference else method,
             rtol=rtol,
@@ -165,7 +172,14 @@ def simulate(
         *time_notes(system, t_end, shortest_event),
         *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
-    return result.with_(events=outcome.events, impacts=outcome.impacts, notes=notes)
+    last = state_of(
+        system,
+        integration.steps.y[:-1].copy(),
+        outcome.t,
+        loops=loops,
+        steps=step_control(integration.steps, integration.choice.name),
+    )
+    return result.with_(state=last, events=outcome.events, impacts=outcome.impacts, notes=notes)
 
 
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:
@@ -187,80 +201,3 @@ def check_steps(t_end: float, max_step: float | None, shortest_event: float | No
     if max_step is not None and (not isinstance(max_step, int | float) or not 0 < max_step < float("inf")):
         raise InputError(f"simulation max_step = {max_step} must be a positive number")
     survey_width(t_end, shortest_event)
-
-
-def channel_names(system: System, t_end: float) -> Result:
-    """Return every channel of a run to `t_end` (s) without samples; nothing is evaluated.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.model.joint import Joint
-    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
-    >>> "hinge.angle" in channel_names(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)), t_end=1.0)
-    True
-    """
-    packed = pack(system)
-    channels = Channels(system, packed, Loading(system, packed, t_end).loops)
-    found = histories(system, channels.index, np.empty((0, channels.width)), np.empty(0))
-    audit = ["energy.error", *["momentum.error"] * len(channels.columns.sums)]
-    return Result(time=np.empty(0), channels=found | dict.fromkeys(audit, np.empty(0)), status="start", message="")
-
-
-def channels_at(system: System, y: np.ndarray, t: float = 0.0) -> Result:
-    """Return every channel of a run at one state ``y (nx + nu,)`` and time t (s), no work done."""
-    integration = prepare(system, np.array([0.0, t + 1.0]), method="explicit", rtol=1.0, atol=1.0)
-    loading = integration.loading
-    loading.enter(*next(stretch for stretch in loading.stretches if t < stretch[1]))
-    recorder = Recorder(integration, 1)
-    recorder.add(np.array([t]), np.append(y, 0.0)[None])
-    integration.raise_callback()
-    return recorder.result("state", "", {})
-
-
-def start_channels(system: System) -> Result:
-    """Return every channel of a run at the start values of the joints, modes at rest.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.model.joint import Joint
-    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
-    >>> start_channels(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))["hinge.angle"]
-    array([0.5])
-    """
-    return channels_at(system, start_state(pack(system)))
-
-
-def prepare(
-    system: System, times: np.ndarray, *, reference: bool = False, shortest_event: float | None = None, **options
-) -> Integration:
-    """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
-    packed = pack(system)
-    loading = Loading(system, packed, float(times[-1]), shortest_event)
-    start = np.append(start_state(packed), 0.0)
-    accelerations = _reference_accelerations(system, loading) if reference else None
-    size = deflections(system, packed)
-    seen = RecoveredState(system, packed, loading.loops)
-    return Integration(system, packed, loading, start, times, size, reference=accelerations, observer=seen, **options)
-
-
-def deflections(system: System, packed: Packed) -> np.ndarray:
-    """Return the largest deflection per modal coordinate, in sizes of its body (nx,)."""
-    found = np.zeros(packed.nx)
-    of_body = {}
-    for name, body in system.bodies.items():
-        if body.n and id(body) not in of_body:
-            extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
-            of_body[id(body)] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
-        if body.n:
-            found[packed.modes_of(name)] = of_body[id(body)]
-    return found
-
-
-def _reference_accelerations(system: System, loading: Loading) -> Callable:
-    """Return the accelerations by the reference implementation, ``(y, motion, t) -> (nu,)``."""
-    loops = loading.loops
-    if loops is None:
-        return lambda y, motion, t: loaded_accelerations(system, y, motion, t)
-    return lambda y, motion, t: closed_accelerations(system, loops, y, motion, t)[0]

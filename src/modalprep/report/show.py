@@ -17,8 +17,8 @@ from modalprep.drawing import Animated, Film, Page, Plotted, Viewed
 from modalprep.errors import InputError, RenderError
 from modalprep.extras import need
 from modalprep.multibody.model.system import System
+from modalprep.multibody.preparation import start_channels
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.simulate import start_channels
 from modalprep.reduction.table import ModeTable
 from modalprep.report.charts.figures import show_verbatim
 from modalprep.report.charts.mass_chart import draw_effective_mass

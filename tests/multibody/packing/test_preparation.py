@@ -18,8 +18,8 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.packing.constraints import pack_constraints
 from modalprep.multibody.packing.packed import MOST_PATTERNS
 from modalprep.multibody.packing.tree import PACKED, pack, pack_changed
+from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.record import Recorder
-from modalprep.multibody.simulate import prepare
 
 LINK = mp.rigid_body(
     "link", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3),

@@ -75,6 +75,7 @@ def body_channels(o):
     for name, s in o.states.items():
         if s.body.n:
             places[f"{name}.modal"] = s.q
+            places[f"{name}.modal_rate"] = s.qd
         places[f"{name}.origin"] = s.p
         places[f"{name}.orientation"] = Rotation.from_matrix(s.R).as_quat(scalar_first=True)
         A = s.J @ o.udot + s.c
@@ -114,7 +115,8 @@ def joint_channels(o):
             found |= {f"{joint.name}.quaternion": place, f"{joint.name}.angular_velocity": rate}
             found[f"{joint.name}.angular_acceleration"] = o.udot[o.packed.speeds_of(joint.name)]
         elif joint.type == "free":
-            found[f"{joint.name}.angular_velocity"] = rate[3:]
+            found |= {f"{joint.name}.displacement": place[:3], f"{joint.name}.quaternion": place[3:]}
+            found |= {f"{joint.name}.speed": rate[:3], f"{joint.name}.angular_velocity": rate[3:]}
             found[f"{joint.name}.angular_acceleration"] = o.udot[o.packed.speeds_of(joint.name)[3:]]
         elif joint.type != "weld":
             n = TRANSLATIONS.get(joint.type, 0)

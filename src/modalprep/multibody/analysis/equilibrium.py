@@ -13,9 +13,9 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.preparation import channels_at
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import large_deflections
-from modalprep.multibody.simulate import channels_at
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told

@@ -13,7 +13,7 @@ from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.multibody.simulate import prepare
+from modalprep.multibody.preparation import prepare
 
 
 def drive_loops(

@@ -23,8 +23,8 @@ from modalprep.multibody.model.joint_types import PRESCRIBED, SLIDING, SPHERICAL
 from modalprep.multibody.packing.deployment import pack_reels
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.preparation import deflections
 from modalprep.multibody.results.record import Recorder
-from modalprep.multibody.simulate import deflections
 
 
 class RunSettings(NamedTuple):

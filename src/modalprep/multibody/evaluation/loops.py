@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
@@ -20,6 +21,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import Closing, constraint_work, pack_constraints
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
+from modalprep.suggest import refuse_unknown
 
 NO_DISTANCE = 1e-9  # of the size of the system: below it a distance counts as zero
 MOVED = 1e-6  # rad or m: smaller motions of an assembly are not noted
@@ -69,6 +71,7 @@ class Loops:
         self.orientations, self.kept = rows(ORIENTATION, self._orientations()), self._kept()
         self._moved: list[str] = []
         self._redundant: list[str] = []
+        self._values: dict[str, np.ndarray] = {}
         for k, closure in enumerate(system.closures):
             self.activate(k, closure.active)
 
@@ -82,6 +85,25 @@ class Loops:
     def active(self, closure: int) -> bool:
         """Return whether a closure is active."""
         return bool(self.active_rows[self.closing.of(closure)].any())
+
+    def restore(self, values: Mapping[str, np.ndarray], active: Mapping[str, bool]) -> None:
+        """Let `assemble` keep the lengths and sums of a state (m,) by closure, and activate its closures.
+
+        Raises
+        ------
+        InputError
+            When a closure is unknown, or has another number of conditions.
+        """
+        names = [closure.name for closure in self.system.closures]
+        for name in {**values, **active}:
+            refuse_unknown(name, names, "state: closure")
+        for name, value in values.items():
+            count = len(self.closing.of(names.index(name)))
+            if np.shape(value) != (count,):
+                raise InputError(f"state: closure {name!r} has {count} conditions, of which {np.size(value)} are given")
+        for name, given in active.items():
+            self.activate(names.index(name), given)
+        self._values = dict(values)
 
     @property
     def active_rows(self) -> np.ndarray:
@@ -135,6 +157,8 @@ class Loops:
         kept = self.orientations, self.kept, hinge
         if not projection.assemble(*given, *kept, self.packed.softest, closing.size, found):
             raise InputError(self._gap(data, y, motion, t))
+        if self._values:
+            self._restore_values(data, found, motion, t)
         self._refuse_no_distance()
         self._moved = []
         if np.abs(found - y).max() > MOVED:
@@ -143,6 +167,13 @@ class Loops:
             self._note_moved(y, found)
         self.note_redundant(self.redundant)
         return found
+
+    def _restore_values(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> None:
+        for k, closure in enumerate(self.system.closures):
+            if closure.name in self._values:
+                self.work.value[self.closing.of(k)] = self._values[closure.name]
+        if not self.project(data, y, motion, t):
+            raise InputError(self._gap(data, y, motion, t))
 
     @property
     def notes(self) -> list[str]:

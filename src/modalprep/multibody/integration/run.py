@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,7 +24,16 @@ from modalprep.multibody.integration.endless import Forecast, refuse_endless
 from modalprep.multibody.integration.events.actions import Changes
 from modalprep.multibody.integration.events.search import EventSearch
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise, wound
-from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
+from modalprep.multibody.integration.method_selection import (
+    STABLE,
+    TRIAL_STEPS,
+    Choice,
+    choose,
+    review,
+    top_frequency,
+    without,
+)
+from modalprep.multibody.integration.step_control import go_on
 from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.integration.watching import CHUNK, new_watch
 from modalprep.multibody.model.events import Event
@@ -38,6 +47,9 @@ NAMES = {
     ALPHA: "implicit, generalized-alpha",
 }
 EVALUATIONS_OF_A_STEP = 5  # about
+LEAST_DEFLECTION = driver.LEAST_DEFLECTION[EXPLICIT]
+DAMPED = 0.8  # of the longest stable step: a shorter one damps the vibrations of round-off
+FINEST = 1e-3  # of the size by which deflections are measured of a start without deflection
 Record = Callable[[np.ndarray, np.ndarray], None]
 
 
@@ -76,6 +88,10 @@ class Integration:
         Deflection of a modal coordinate, in sizes of its body.
     observer : Observer or None
         Further channels of the events.
+    is_deflected : bool
+        Whether it begins with a deflection, beside which vibrations count.
+    steps : dict of array
+        The step control of a run that ended where this one begins: see `step_control`.
     """
 
     def __init__(
@@ -96,6 +112,8 @@ class Integration:
         events: Sequence[Event] = (),
         reference: Callable | None = None,
         observer: Observer | None = None,
+        is_deflected: bool = False,
+        steps: Mapping[str, np.ndarray] | None = None,
     ) -> None:
         self.system = system
         self.packed = packed
@@ -107,7 +125,8 @@ class Integration:
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
-            y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(0.0, data))
+            t = loading.stretches[0][0]
+            y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(t, data), t)
             start = branching_start(loading, y[:-1])
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
@@ -122,6 +141,8 @@ class Integration:
         for i, own, _ in packed.flexible:
             reach = max(sizes[own])
             scale[i, 2] = 1.0 / reach if reach > 0 else 0.0
+            if is_deflected:
+                scale[i, 2] = np.clip(np.abs(y[own]).max() / LEAST_DEFLECTION, FINEST * scale[i, 2], scale[i, 2])
         self.pointers = {
             "callback": None if loading.compiled else self._pointer(self._loads),
             "reference": self._pointer(lambda t: self._reference(reference, t)) if reference else None,
@@ -136,6 +157,15 @@ class Integration:
         self.forecast = Forecast()
         self.looked: tuple[int, float] = (0, 0.0)  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
+        self._longest = longest
+        if is_deflected and self.choice.method == EXPLICIT and not step:
+            self._limit_to_stable_steps()
+        self._given = steps or {}
+
+    def _limit_to_stable_steps(self) -> None:
+        """Let steps be no longer than the explicit method is stable: its errors do not tell while nothing vibrates."""
+        top = top_frequency(self.equations, self.steps, self.loading.stretches[0][0])
+        self.steps.clock["longest"] = min(self._longest, DAMPED * STABLE / top if top else np.inf)
 
     @cached_property
     def _start(self) -> Callable[[int, float, float], int]:
@@ -248,8 +278,10 @@ class Integration:
         if status != GOOD or not np.isfinite(self.steps.ydot).all():
             self._count["cause"] = status
             raise failure(self, begin)
-        if self.events and begin == self.loading.stretches[0][0]:
-            self.search.start(begin)
+        if begin == self.loading.stretches[0][0]:
+            go_on(self.steps, self._given, self.choice.name)
+            if self.events:
+                self.search.start(begin)
 
     def _change(self, record: Record, end: float) -> bool:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
@@ -291,6 +323,7 @@ class Integration:
         changes = choice.method != self.choice.method
         self.choice = choice
         if changes:
+            self.steps.clock["longest"] = self._longest
             self._sample_all(record)
             self._begin(self._t, end)
 

@@ -117,6 +117,12 @@ class Packed:
         """Of every link: joint type, first coordinate and speed, turn per unit."""
         return list(zip(*(self.model.links[name].tolist() for name in ("joint", "x", "u", "about")), strict=True))
 
+    @cached_property
+    def quaternions(self) -> tuple[slice, ...]:
+        """Places of the quaternions of joints."""
+        kinds = [(KINDS[code], x) for code, x, _, _ in self.columns]
+        return tuple(slice(x + kind.quaternion, x + kind.quaternion + 4) for kind, x in kinds if kind.quaternion >= 0)
+
     @property
     def nx(self) -> int:
         """Number of coordinates."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -79,7 +80,7 @@ class Channels:
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> channels = Channels(arm, pack(arm), None)
     >>> channels.width, channels.index["hinge.angle"], channels.index["arm.modal"]
-    (54, 12, slice(21, 23, None))
+    (56, 12, slice(23, 25, None))
     """
 
     def __init__(self, system: System, packed: Packed, loops: Loops | None) -> None:
@@ -120,10 +121,18 @@ class Channels:
         for name, sources in found.items():
             first = self._number(name) if len(sources) == 1 else self._vector(name, len(sources))
             rows += [(*source, first + k) for k, source in enumerate(sources)]
+        rows += self._modal_rates()
         return rows + [
             (WEIGHT, self.packed.link_of(each.body), 0, self._number(f"{each.body}.mass"))
             for each in self.system.depletions
         ]
+
+    def _modal_rates(self) -> Iterator[tuple]:
+        for name in self.system.order:
+            row = self.packed.model.links[self.packed.link_of(name)]
+            first = self._vector(f"{name}.modal_rate", int(row["modes"]))
+            place = self.packed.nx + int(row["uq"])
+            yield from ((STATE, place + k, 0, first + k) for k in range(int(row["modes"])))
 
     def _hinge(self, i: int, joint: Joint) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""
@@ -138,11 +147,13 @@ class Channels:
             rates = [(speed, (MOTION, i, 1)), ("acceleration", (MOTION, i, 2))]
             return [(position, (MOTION, i, 0)), *rates, ("drive", (REACTION, i, 0))]
         if kind.quaternion >= 0:
-            count = 0 if kind.translations else 4  # the body's orientation tells the rotation of a free joint
-            rotation = [("quaternion", (STATE, x + k, 0)) for k in range(count)]
-            first = self.packed.nx + u + kind.translations
+            n = kind.translations
+            first = self.packed.nx + u
+            places = [("displacement", (STATE, x + k, 0)) for k in range(n)]
+            places += [("quaternion", (STATE, x + n + k, 0)) for k in range(4)]
+            places += [("speed", (STATE, first + k, 0)) for k in range(n)]
             rates = {"angular_velocity": STATE, "angular_acceleration": ACCELERATION}
-            return rotation + [(name, (source, first + k, 0)) for name, source in rates.items() for k in range(3)]
+            return places + [(name, (source, first + n + k, 0)) for name, source in rates.items() for k in range(3)]
         return []
 
     def _wrenches(self) -> list[tuple]:
@@ -177,7 +188,7 @@ class Channels:
                 first = self._vector(f"{name}.frame_acceleration", 3)
                 self._vector(f"{name}.frame_angular_velocity", 3)
                 self._vector(f"{name}.frame_angular_acceleration", 3)
-                self._vector(f"{name}.modal_rate", body.n)
+                self.width += body.n  # the rates of the modes, which every body has
                 self._vector(f"{name}.modal_acceleration", body.n)
                 rows.append((self.packed.link_of(name), first, 0, 0))
         return rows

@@ -31,7 +31,7 @@ class Recorder:
         loops = integration.loading.loops
         self.system, self.equations, self.count = system, integration.equations, 0
         self.parts = parts_of(system, packed)
-        self.index, columns, width = packed.kept("channels", lambda: _layout(Channels(system, packed, loops)))
+        self.index, columns, width = packed.kept("channels", lambda: layout(Channels(system, packed, loops)))
         self.columns = columns._replace(reactions=np.zeros_like(columns.reactions), sums=np.zeros_like(columns.sums))
         self.steps = integration.steps
         self.soft = packed.softest if loops else 0.0
@@ -71,7 +71,7 @@ class Recorder:
         return found
 
 
-def _layout(channels: Channels) -> tuple[Index, Columns, int]:
+def layout(channels: Channels) -> tuple[Index, Columns, int]:
     """Return what does not hold the system, which lives as long as it is used."""
     return channels.index, channels.columns, channels.width
 
@@ -111,11 +111,11 @@ def audited(
     time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, str | int | float]
 ) -> Result:
     """Return the result with its energy balance: ``energy.error``, and the largest relative error in the stats."""
-    parts = np.array([channels[name] for name in (*ENERGIES, "energy.work", "energy.kinetic")])
+    parts = np.array([channels[name] for name in (*ENERGIES, "energy.work", "energy.kinetic", "energy.strain")])
     stored = parts[: len(ENERGIES)]
     work = parts[len(ENERGIES)]
     total = stored.sum(axis=0)
-    error = total - total[0] - work
+    error = total - total[0] - (work - work[0])
     stored -= stored[:, :1].copy()
     scale = np.abs(parts).max()
     relative = float(np.abs(error).max() / max(scale, np.finfo(float).tiny))

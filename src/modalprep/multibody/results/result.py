@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray
 
     from modalprep.multibody.evaluation.impact import Impact
+    from modalprep.multibody.evaluation.system_state import SystemState
 
 
 STATS = {  # type of each entry of `Result.stats`
@@ -83,6 +84,8 @@ class Result(Record, Plotted):
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
         The impulses of events that activate closures or act as impacts.
+    state : SystemState or None
+        Where the run ended, at which another one can start; None of results that are not of `simulate`.
     notes : tuple of str
         What the user should know about the validity of the run, such as deflections beyond the theory.
 
@@ -101,6 +104,7 @@ class Result(Record, Plotted):
     stats: dict[str, Any] = field(default_factory=dict)
     events: dict[str, np.ndarray] = field(default_factory=dict)
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
+    state: SystemState | None = None
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:

@@ -10,7 +10,7 @@ from modalprep.applies import Rule
 from modalprep.multibody.model.constraints import REACH, WITH_AXIS, WITH_FRICTION, ClosureType
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema import quantities
-from modalprep.pipeline.schema.base import BodyName, PipelineName, Table, Vector
+from modalprep.pipeline.schema.base import BodyName, FileName, PipelineName, Table, Vector
 from modalprep.pipeline.schema.quantities import (
     Angle,
     AngularVelocity,
@@ -217,7 +217,7 @@ class SimulationTable(Table):
     """Time integration of the system."""
 
     applies: ClassVar = (
-        Rule(("atol", "method", "max_step", "shortest_event"), needs=("variables",), among=("joint",)),
+        Rule(("atol", "method", "max_step", "shortest_event", "start"), needs=("variables",), among=("joint",)),
         Rule(("compare_conventional",), needs=("geometric_stiffness",), among=(True,)),
         Rule(("compare_conventional",), needs=("theory",), among=(None, "consistent", "ruthless")),
     )
@@ -233,6 +233,12 @@ class SimulationTable(Table):
     shortest_event: Duration | None = Field(
         None, gt=0, description="s, for which expressions of t are looked through; default 1e-4 of t_end"
     )
+    start: Literal["rest", "equilibrium", "steady"] | FileName | dict[str, list[float]] = Field(
+        "rest",
+        description="of modes and joints: equilibrium under the loads; steady: with the motion at the start; the file "
+        'of a run or state, which goes on; or modal coordinates, { "arm.modal" = [...] }',
+    )
+    start_time: Duration | None = Field(None, ge=0, description="s, of the run in that file; default its end")
     variables: Literal["joint", "momentum", "efficient"] = Field(
         "joint",
         description="of one body in free flight instead: its momenta, or efficient ones with a constant mass matrix",
@@ -241,6 +247,18 @@ class SimulationTable(Table):
     geometric_stiffness: bool = Field(True, description="false: theory = 'no_geometric_stiffness'")
     compare_conventional: bool = Field(False, description="run also without geometric stiffness, plot both")
     output: list[str] = Field([], description="channels for the CSV file; default all")
+
+    @model_validator(mode="after")
+    def _known_start(self) -> SimulationTable:
+        is_file = isinstance(self.start, FileName)
+        if is_file and not self.start.endswith(".h5"):
+            raise ValueError(
+                f"start = {str(self.start)!r} is neither 'rest', 'equilibrium' nor 'steady', and no file .h5 of a run "
+                "or a state"
+            )
+        if self.start_time is not None and not is_file:
+            raise ValueError("start_time is the time of a run whose file is the start; leave it out")
+        return self
 
     @model_validator(mode="after")
     def _one_theory(self) -> SimulationTable:

@@ -18,9 +18,10 @@ from modalprep.multibody.model.events import check_changes
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.preparation import channel_names
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
-from modalprep.multibody.simulate import channel_names, check_span, check_steps
+from modalprep.multibody.simulate import check_span, check_steps
 from modalprep.pipeline.building.build import read_bodies, stand_in
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming

@@ -20,6 +20,7 @@ from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import audits, body_warnings
 from modalprep.multibody.simulate import simulate
+from modalprep.multibody.starts import Given
 from modalprep.pipeline.building.build import made_bodies
 from modalprep.pipeline.building.sources import (
     mark_source,
@@ -34,6 +35,7 @@ from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.system import SimulationTable, Theory
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
+from modalprep.pipeline.systems.start import read_start
 from modalprep.report.tables import envelope_table
 
 if TYPE_CHECKING:
@@ -120,7 +122,8 @@ def simulate_pipeline(
     runs: dict[str, Result] = {}
     for label, variant in variants.items():
         with reporter.progress(f"{path.name}: {label}", simulation.t_end, unit="s") as progress:
-            runs[label] = _simulate(simulation, events, variant, reference, progress)
+            start = read_start(simulation, source.folder, variant)
+            runs[label] = _simulate(simulation, events, variant, start, reference, progress)
         _report(runs[label], reporter)
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
@@ -141,7 +144,7 @@ def simulate_pipeline(
 
         varied = variants[LABELS[theories[0]]]
         assert isinstance(varied, System)  # by the check of the file: [deployments] are not combined with [ensemble]
-        options = simulation.steps | {"events": events}
+        options = simulation.steps | {"events": events, "start": read_start(simulation, source.folder, varied)}
         ensemble = simulate_ensemble(path, pipeline.ensemble, varied, options, main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
     return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
@@ -168,6 +171,7 @@ def _simulate(
     table: SimulationTable,
     events: Sequence[Event],
     system: System | DeployingSystem,
+    start: Given,
     reference: bool,
     progress: Callable[[float], None],
 ) -> Result:
@@ -176,7 +180,7 @@ def _simulate(
             raise InputError("[deployments] have no reference implementation; leave out --reference")
         return simulate_deployment(system, **table.steps, progress=progress)
     if table.variables == "joint":
-        return simulate(system, **table.steps, events=events, reference=reference, progress=progress)
+        return simulate(system, **table.steps, events=events, start=start, reference=reference, progress=progress)
     if reference:
         raise InputError(f"variables = {table.variables!r} have no reference implementation; leave out --reference")
     return simulate_free_system(system, **table.model_dump(include={"t_end", "output_step", "rtol", "variables"}))

@@ -44,7 +44,7 @@ def run_data(system: System | DeployingSystem, result: Result, *, frames: int = 
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.simulate import start_channels
+    >>> from modalprep.multibody.preparation import start_channels
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> drawn = run_data(arm, start_channels(arm))

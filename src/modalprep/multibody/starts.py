@@ -1,0 +1,176 @@
+"""Where a run starts: at rest, in equilibrium, in a steady motion, or at a state that is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, get_args
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.analysis.equilibrium import Equilibrium, static_equilibrium
+from modalprep.multibody.analysis.steady import moving_joints, steady_state
+from modalprep.multibody.evaluation.evaluator import Evaluator, start_state
+from modalprep.multibody.evaluation.system_state import SystemState, state_of
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.results.channels import STATE, Channels
+from modalprep.multibody.results.record import layout
+from modalprep.multibody.results.result import Result
+from modalprep.suggest import refuse_unknown
+
+APART = 1e-9  # s, or of the time: two output times that are nearer are one
+Start = Literal["rest", "equilibrium", "steady"]
+Given = Start | SystemState | Equilibrium | Result | Mapping[str, object]
+
+
+def started(system: System, start: Given) -> SystemState | None:
+    """Return the state at which a run of a system starts; None of the start values of the joints, modes at rest.
+
+    Parameters
+    ----------
+    start : {"rest", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
+        As `simulate` takes it.
+
+    Raises
+    ------
+    InputError
+        When the start is unknown, or does not go with the system.
+    SimulationError
+        When there is no equilibrium.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> weld = Joint(name="wall", type="weld", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(weld,), gravity=np.array([0, 0, -9.81]))
+    >>> started(arm, "rest") is None, started(arm, "equilibrium")
+    (True, SystemState(t = 0 s, 0 joints, 1 flexible bodies))
+    """
+    if isinstance(start, SystemState):
+        return start
+    if isinstance(start, Equilibrium):
+        return _of_system(system, start.y, start.t)
+    if isinstance(start, Result):
+        return _end_of(start)
+    if isinstance(start, Mapping):
+        return named_state(system, start)
+    refuse_unknown(str(start), get_args(Start), "simulation start")
+    if start == "rest":
+        return None
+    return _in_equilibrium(system) if start == "equilibrium" else _steady(system)
+
+
+def state_at(system: System, run: Result, t: float | None = None) -> SystemState:
+    """Return the state of a run at one of its output times, the last by default.
+
+    Parameters
+    ----------
+    system : System
+        That of the run.
+    t : float or None
+        s.
+
+    Returns
+    -------
+    SystemState
+        With the lengths that closures have at the start values of the joints.
+
+    Raises
+    ------
+    InputError
+        When the run has no output at that time, or is of another system.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.simulate import simulate
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", rate=1.0)
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> run = simulate(arm, t_end=0.1)
+    >>> state = state_at(arm, run, 0.05)
+    >>> bool(state.joints["hinge"] == run["hinge.angle"][5])
+    True
+    """
+    k = len(run.time) - 1 if t is None else int(np.argmin(np.abs(run.time - t)))
+    if t is not None and not abs(run.time[k] - t) <= APART * max(1.0, abs(t)):
+        raise InputError(f"start: the run has no output at t = {t:g} s; the nearest is at {run.time[k]:.10g} s")
+    packed = pack(system)
+    loops = Evaluator(system).loops
+    index, columns, width = layout(Channels(system, packed, loops))
+    row = np.zeros(width)
+    for name, places in index.items():
+        if name not in run:
+            raise InputError(f"start: the run is of another system: it has no channel {name!r}")
+        row[places] = run[name][k]
+    y = start_state(packed)
+    of_state = columns.joints[columns.joints[:, 0] == STATE]
+    y[of_state[:, 1]] = row[of_state[:, 3]]
+    for name, body in system.bodies.items():
+        if body.n:
+            y[packed.modes_of(name)] = run[f"{name}.modal"][k]
+    return state_of(system, y, float(run.time[k]), loops=loops)
+
+
+def _of_system(system: System, y: np.ndarray, t: float) -> SystemState:
+    """Return the state of a vector; closures keep what they found at the start values of the joints."""
+    return state_of(system, y, t, loops=Evaluator(system).loops)
+
+
+def _end_of(run: Result) -> SystemState:
+    if run.state is None:
+        raise InputError("start: this run does not hold its last state; take one of `simulate`, or a file of one")
+    return run.state
+
+
+def _in_equilibrium(system: System) -> SystemState:
+    moving = [joint for joint in moving_joints(system) if _starts_with_rate(system, joint)]
+    if moving:
+        raise InputError(
+            f"start = 'equilibrium': joint {moving[0]!r} has a rate in its start; leave it out, or give "
+            "start = 'steady', which keeps it"
+        )
+    return _of_system(system, static_equilibrium(system).y, 0.0)
+
+
+def _starts_with_rate(system: System, name: str) -> bool:
+    joint = next(joint for joint in system.joints if joint.name == name)
+    return any(np.any(rate) for rate in (joint.rate, joint.speed, joint.velocity, joint.angular_velocity))
+
+
+def _steady(system: System) -> SystemState:
+    """Return the steady state; of a system that rests on prescribed joints by the search that leaves unstable ones."""
+    driven_loops = system.closures and any(joint.motions for joint in system.joints)
+    if moving_joints(system) or driven_loops:
+        return _of_system(system, steady_state(system), 0.0)
+    return _of_system(system, static_equilibrium(system, steady=True).y, 0.0)
+
+
+def named_state(system: System, values: Mapping[str, object]) -> SystemState:
+    """Return the start whose modal coordinates are given as ``{"arm.modal": [...], "arm.modal_rate": [...]}``.
+
+    Raises
+    ------
+    InputError
+        When a name is no ``body.modal`` or ``body.modal_rate``.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> weld = Joint(name="wall", type="weld", parent="ground", child="arm")
+    >>> named_state(System(bodies={"arm": uniform_beam(modes=1)}, joints=(weld,)), {"arm.modal": [0.1]}).modal
+    {'arm': array([0.1])}
+    """
+    found: dict[str, dict[str, np.ndarray]] = {"modal": {}, "modal_rate": {}}
+    for name, numbers in values.items():
+        body, _, what = name.rpartition(".")
+        if what not in found:
+            raise InputError(
+                f"start: {name!r} is neither 'body.modal' nor 'body.modal_rate'; joints have their own start values"
+            )
+        refuse_unknown(body, system.bodies, "start: body")
+        found[what][body] = np.atleast_1d(np.asarray(numbers, dtype=float))
+    return SystemState(modal=found["modal"], modal_rates=found["modal_rate"])

@@ -1,0 +1,271 @@
+"""Where runs start: in equilibrium, in a steady motion, at a state that is given or where another run ended."""
+
+import numpy as np
+import pytest
+
+import modalprep as mp
+from modalprep.body.rigid import rigid_body
+from modalprep.examples import beam_mesh
+from modalprep.formats import read_state, write_state
+from modalprep.formats.resultfile import read_result, write_result
+from modalprep.multibody import Closure, Equilibrium, SystemState, TimeFunction, state_at
+
+LENGTH, WIDTH, HEIGHT = 1.0, 0.02, 0.01
+E, DENSITY = 2.1e11, 7850.0
+LINE = DENSITY * WIDTH * HEIGHT  # kg/m
+EI = E * WIDTH**3 * HEIGHT / 12  # of bending in the plane of the gravity
+SHEAR = 5 / 6 * E / 2.6 * WIDTH * HEIGHT  # shear stiffness, N
+SAG = LINE * 9.81 * (LENGTH**4 / (8 * EI) + LENGTH**2 / (2 * SHEAR))  # of a Timoshenko beam
+SPIN = 50.0  # rad/s
+GRAVITY = np.array([0, -9.81, 0])
+METHODS = ("explicit", "rosenbrock", "generalised_alpha")
+STILL = 1e-6  # of the deflection: vibrations of a run that starts in equilibrium
+
+
+@pytest.fixture(scope="module")
+def arm():
+    A = WIDTH * HEIGHT
+    section = mp.Beam(
+        material=mp.Material(E=E, nu=0.3, rho=DENSITY),
+        A=A,
+        Iy=WIDTH * HEIGHT**3 / 12,
+        Iz=WIDTH**3 * HEIGHT / 12,
+        J=0.229 * WIDTH * HEIGHT**3,
+    )
+    ends = {
+        "root": mp.Interface(group="root", kind="node"),
+        "tip": mp.Interface(group="tip", kind="node", boundary="free"),
+    }
+    model = mp.assemble(beam_mesh(10, LENGTH), {"beam": section}, ends)
+    return mp.flexible_body(model, mp.craig_bampton(model, modes=6), name="arm")
+
+
+def hanging(arm):
+    weld = mp.Joint(name="wall", type="weld", parent="ground", child="arm.root")
+    return mp.System(bodies={"arm": arm}, joints=(weld,), gravity=GRAVITY)
+
+
+def spinning(arm, **hinge):
+    joint = mp.Joint(name="hub", type="revolute", parent="ground", child="arm.root", **hinge)
+    return mp.System(bodies={"arm": arm}, joints=(joint,))
+
+
+def rigid(name, ends, mass=1.0):
+    places = {end: np.array(place, dtype=float) for end, place in ends.items()}
+    return rigid_body(name, mass=mass, centre=np.zeros(3), inertia=np.eye(3) * mass, interfaces=places)
+
+
+def vibration(run, channel="arm.modal"):
+    """Return the largest change of a channel over its largest value."""
+    values = run[channel]
+    return np.ptp(values, axis=0).max() / np.abs(values).max()
+
+
+def test_a_run_from_rest_swings_to_twice_the_sag(arm):
+    tip = mp.simulate(hanging(arm), t_end=0.1, output_step=5e-4)["arm.tip.position.y"]
+    assert tip.min() == pytest.approx(-2 * SAG, rel=0.03)  # higher modes add two per cent
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_from_equilibrium_rests_at_the_sag(arm, method):
+    run = mp.simulate(hanging(arm), t_end=0.1, start="equilibrium", method=method)
+    assert run["arm.tip.position.y"] == pytest.approx(-SAG, rel=1e-5)  # the arc of the tip: (sag/L)^2
+    assert vibration(run) < STILL
+    assert run.stats["energy_error"] < 1e-9
+    assert not run.notes
+
+
+@pytest.mark.parametrize("method", ["auto", *METHODS])
+@pytest.mark.parametrize("hinge", [{"motion": TimeFunction(f"{SPIN}*t")}, {"rate": SPIN}], ids=["driven", "free"])
+def test_a_steady_spin_does_not_ring(arm, hinge, method):
+    run = mp.simulate(spinning(arm, **hinge), t_end=0.05, output_step=1e-3, start="steady", method=method)
+    force = np.linalg.norm(run["hub.force"], axis=1)
+    assert force == pytest.approx(LINE * SPIN**2 * LENGTH**2 / 2, rel=1e-4)  # by stretching 4e-5 more
+    assert vibration(run) < STILL
+
+
+@pytest.mark.parametrize(("method", "step"), [("explicit", 2e-5), ("generalised_alpha", 1e-3)])
+def test_a_steady_spin_does_not_ring_by_fixed_steps(arm, method, step):
+    run = mp.simulate(spinning(arm, rate=SPIN), t_end=0.05, start="steady", method=method, step=step)
+    assert vibration(run) < STILL
+
+
+def test_a_free_satellite_spins_steadily(arm):
+    hub = rigid("hub", {"root": (0, 0, 0), "side": (0.5, 0, 0)}, mass=20.0)
+    joints = (
+        mp.Joint(name="flight", type="free", parent="ground", child="hub.root", angular_velocity=(0, 0, 5.0)),
+        mp.Joint(name="wing", type="weld", parent="hub.side", child="arm.root"),
+    )
+    system = mp.System(bodies={"hub": hub, "arm": arm}, joints=joints)
+    steady = mp.simulate(system, t_end=2.0, start="steady")
+    assert vibration(steady) < STILL
+    assert vibration(mp.simulate(system, t_end=2.0)) > 0.9  # from rest it rings about that
+    assert steady["flight.angular_velocity"][-1] == pytest.approx([0, 0, 5.0], abs=1e-8)
+
+
+def test_what_rests_beside_a_spin_finds_its_place():
+    """A lumped mass on a spring, on a turntable: ``k x = m w^2 (r + x)``."""
+    table, mass = rigid("table", {"root": (0, 0, 0), "rail": (1.0, 0, 0)}), rigid("mass", {"root": (0, 0, 0)}, mass=2.0)
+    joints = (
+        mp.Joint(name="spin", type="revolute", parent="ground", child="table.root", rate=3.0),
+        mp.Joint(
+            name="slide",
+            type="prismatic",
+            parent="table.rail",
+            child="mass.root",
+            axis=(1, 0, 0),
+            elements=mp.multibody.HingeElement(stiffness=100.0),
+        ),
+    )
+    run = mp.simulate(mp.System(bodies={"table": table, "mass": mass}, joints=joints), t_end=1.0, start="steady")
+    assert run["slide.displacement"] == pytest.approx(18.0 / (100.0 - 18.0), rel=1e-8)
+
+
+def test_equilibrium_records_and_words_agree(arm):
+    rest = mp.static_equilibrium(hanging(arm))
+    assert isinstance(rest, Equilibrium)
+    runs = [mp.simulate(hanging(arm), t_end=0.02, start=start) for start in (rest, "equilibrium")]
+    assert np.array_equal(runs[0]["arm.modal"], runs[1]["arm.modal"])
+
+
+def test_closed_loops_keep_the_lengths_of_their_start_values(arm):
+    """A rod of the length at the start values carries the tip of a hanging arm."""
+    rod = Closure(name="stay", type="distance", a="ground", b="arm.tip", position=(1.0, 1.0, 0))
+    system = hanging(arm).with_(closures=(rod,))
+    run = mp.simulate(system, t_end=0.05, start="equilibrium", method="rosenbrock")
+    gap = np.linalg.norm(run["arm.tip.position"] - np.array([1.0, 1.0, 0]), axis=1)
+    assert gap == pytest.approx(1.0, abs=1e-9)
+    assert vibration(run) < STILL
+    propped = 3 / 8 * LINE * 9.81 * LENGTH  # of a cantilever that is propped at its tip
+    assert run["stay.force.y"] == pytest.approx(propped, rel=1e-3)
+
+
+def test_modal_coordinates_may_be_given(arm):
+    plucked = {"arm.modal": [1e-3, *[0.0] * (arm.n - 1)], "arm.modal_rate": np.full(arm.n, 1e-4)}
+    run = mp.simulate(hanging(arm), t_end=0.01, start=plucked)
+    assert run["arm.modal"][0] == pytest.approx(plucked["arm.modal"])
+    assert run["arm.modal_rate"][0] == pytest.approx(plucked["arm.modal_rate"])
+
+
+@pytest.mark.parametrize(
+    ("method", "step", "agree"),
+    [
+        ("explicit", 2e-5, 1e-13),  # round-off: the last steps before the cut are a few 1e-12 shorter
+        ("rosenbrock", 1e-3, 1e-13),
+        ("generalised_alpha", 1e-3, 1e-13),
+        ("rosenbrock", None, 5e-7),  # rtol, of a twentieth of the body's size
+    ],
+)
+def test_a_run_goes_on_where_another_ended(arm, method, step, agree):
+    system = spinning(arm, angle=0.3).with_(gravity=GRAVITY)
+    options = {"method": method, "step": step, "output_step": 0.01}
+    whole = mp.simulate(system, t_end=0.1, **options)
+    first = mp.simulate(system, t_end=0.04, **options)
+    rest = mp.simulate(system, t_end=0.1, start=first, **options)
+    assert rest.time == pytest.approx(whole.time[4:])
+    assert rest["arm.tip.position"] == pytest.approx(whole["arm.tip.position"][4:], abs=agree)
+    assert rest["arm.modal"] == pytest.approx(whole["arm.modal"][4:], abs=2 * agree)
+    assert rest["energy.work"][-1] - rest["energy.work"][0] == pytest.approx(
+        whole["energy.work"][-1] - whole["energy.work"][4], abs=1e-8
+    )
+    assert rest.stats["energy_error"] < 1e-4
+
+
+def test_functions_of_time_go_on_too():
+    wheel = rigid("wheel", {"root": (0, 0, 0)})
+    law = TimeFunction("100*(t - 0.5)**2")
+    system = mp.System(
+        bodies={"wheel": wheel},
+        joints=(mp.Joint(name="j", type="revolute", parent="ground", child="wheel", motion=law),),
+    )
+    first = mp.simulate(system, t_end=0.4)
+    rest = mp.simulate(system, t_end=0.6, start=first)
+    assert rest["j.angle"][[0, -1]] == pytest.approx([1.0, 1.0])
+
+
+def test_a_state_of_a_file_starts_a_run(arm, tmp_path):
+    system = spinning(arm, angle=0.3).with_(gravity=GRAVITY)
+    run = mp.simulate(system, t_end=0.05)
+    file = write_result(run, tmp_path / "run.h5")
+    on = [mp.simulate(system, t_end=0.08, start=start) for start in (run, read_result(file), read_state(file))]
+    assert all(np.array_equal(on[0]["hub.angle"], each["hub.angle"]) for each in on)
+    middle = state_at(system, read_result(file), 0.03)
+    kept = read_state(write_state(middle, tmp_path / "state.h5"))
+    again = mp.simulate(system, t_end=0.05, start=kept)
+    assert again["arm.tip.position"] == pytest.approx(run["arm.tip.position"][3:], abs=1e-5)
+
+
+def test_states_of_free_and_spherical_joints_are_in_the_channels():
+    """All coordinates and speeds of a state come back from the channels of a run."""
+    names = ("a", "b")
+    bodies = {name: rigid(name, {"root": (0, 0, 0), "end": (0.3, 0.1, 0)}) for name in names}
+    joints = (
+        mp.Joint(
+            name="flight",
+            type="free",
+            parent="ground",
+            child="a.root",
+            position=(1.0, 2.0, 3.0),
+            velocity=(0.1, 0.2, 0.3),
+            angular_velocity=(1.0, 2.0, 3.0),
+        ),
+        mp.Joint(name="ball", type="spherical", parent="a.end", child="b.root", angular_velocity=(3.0, 2.0, 1.0)),
+    )
+    system = mp.System(bodies=bodies, joints=joints)
+    run = mp.simulate(system, t_end=0.2)
+    found = state_at(system, run)
+    assert found.vector(system) == pytest.approx(run.state.vector(system), abs=1e-12)
+    assert found.t == run.state.t
+
+
+def test_a_steady_loop_in_motion_starts_with_the_deflection_of_its_accelerations(arm):
+    """A slider crank at a constant speed, the pin at its upper dead centre: the arm is bent before it begins."""
+    crank = rigid("crank", {"root": (0, 0, 0), "pin": (0.1, 0, 0)})
+    law = TimeFunction("pi/2 + 10*t")
+    joints = (
+        mp.Joint(name="main", type="revolute", parent="ground", child="crank.root", motion=law),
+        mp.Joint(name="pin", type="revolute", parent="crank.pin", child="arm.root", angle=-np.pi / 2 - 0.1),
+    )
+    slot = Closure(name="slot", type="point_on_line", a="ground", b="arm.tip", axis=(1, 0, 0))
+    system = mp.System(bodies={"crank": crank, "arm": arm}, joints=joints, closures=(slot,))
+    steady = mp.simulate(system, t_end=0.01, start="steady")
+    rest = mp.simulate(system, t_end=0.01)
+    first = arm.K * steady["arm.modal"][0]
+    assert np.abs(steady["arm.modal"][0]).max() > 0.5 * np.abs(rest["arm.modal"]).max() / 2
+    assert np.abs(first).max() > 0
+    assert steady["slot.violation"].max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("start", "says"),
+    [
+        ("stedy", "did you mean 'steady'"),
+        ({"arm.angle": [1.0]}, "neither 'body.modal' nor 'body.modal_rate'"),
+        ({"leg.modal": [1.0]}, "'leg'"),
+        ({"arm.modal": [1.0, 2.0]}, "of which 2 are given"),
+        (SystemState(joints={"hub": np.array([np.nan])}), "not finite"),
+        (SystemState(joints={"hip": np.array([0.0])}), "'hip'"),
+        (SystemState(t=2.0), "not after its start"),
+        ("equilibrium", "start = 'steady'"),
+    ],
+)
+def test_a_wrong_start_is_refused(arm, start, says):
+    with pytest.raises(mp.InputError, match=says):
+        mp.simulate(spinning(arm, rate=1.0), t_end=0.1, start=start)
+
+
+def test_a_state_needs_known_closures(arm):
+    with pytest.raises(mp.InputError, match="closure"):
+        mp.simulate(
+            hanging(arm).with_(
+                closures=(Closure(name="stay", type="distance", a="ground", b="arm.tip", position=(1, 1, 0)),)
+            ),
+            t_end=0.1,
+            start=SystemState(closures={"rope": np.zeros(1)}),
+        )
+
+
+def test_ensembles_start_in_equilibrium(arm):
+    cases = {"gravity.y": [-9.81, -4.905]}
+    found = mp.simulate_many(hanging(arm), cases, t_end=0.02, start="equilibrium", channels=["arm.tip.position.y"])
+    assert found["arm.tip.position.y"][:, -1] == pytest.approx([-SAG, -SAG / 2], rel=1e-5)
