@@ -68,7 +68,7 @@ def steady_state(system: System, t: float = 0.0) -> np.ndarray:
     evaluator = Evaluator(system, t)
     found = _Resting(evaluator, set(moving_joints(system)))
     y = found.start
-    before = np.inf
+    before = size = np.inf
     for _ in range(MAX_STEPS):
         step = found.step(y)
         size = np.abs(step).max(initial=0.0)

@@ -251,7 +251,7 @@ class SimulationTable(Table):
     @model_validator(mode="after")
     def _known_start(self) -> SimulationTable:
         is_file = isinstance(self.start, FileName)
-        if is_file and not self.start.endswith(".h5"):
+        if isinstance(self.start, FileName) and not self.start.endswith(".h5"):
             raise ValueError(
                 f"start = {str(self.start)!r} is neither 'rest', 'equilibrium' nor 'steady', and no file .h5 of a run "
                 "or a state"
