@@ -77,8 +77,8 @@ def _support(mesh, name, held: SupportSet, root: InterfaceFrame, origin, dof, ri
     other = ~np.isin(held.nodes, rigid)
     nodes, axes = held.nodes[other], held.axes[other]
     components = held.components[other]
-    if not np.any((dof[nodes] >= 0) & components) and np.all(other):
-        raise InputError(f"support {name!r} holds nothing: its nodes have none of its components, or others hold them")
+    if np.any(components) and not np.any((dof[nodes] >= 0) & components) and np.all(other):
+        raise InputError(f"support {name!r} holds nothing: its nodes have none of its components; name others")
     ones = np.ones(len(nodes))
     arm = mesh.points[nodes] - origin
     return PlacedLink("rbe2", f"support {name!r}", root.dofs, dof[nodes], arm, components, ones, True, axes)

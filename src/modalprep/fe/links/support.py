@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.links.components import ALIGNED, oblique
+from modalprep.fe.links.components import ALIGNED
 from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import suggestion
@@ -100,7 +100,8 @@ def held_nodes(mesh: Mesh, supports: Mapping[str, Support], used: np.ndarray) ->
         When a support has no node of an element, or two hold a node along different axes.
     """
     known = np.zeros((len(mesh.points), 6), dtype=bool)
-    frame: dict[int, np.ndarray] = {}
+    frames = np.tile(np.eye(3), (len(mesh.points), 1, 1))  # of what is held in part
+    owner: dict[tuple[int, int], np.ndarray] = {}
     found = {}
     for name, spec in supports.items():
         held = spec.constrained_nodes(mesh, used)
@@ -109,11 +110,40 @@ def held_nodes(mesh: Mesh, supports: Mapping[str, Support], used: np.ndarray) ->
             raise InputError(f"support {name!r}: no node of {spec} belongs to an element with a property")
         axes = held.axes[here] if len(held.axes) else np.tile(np.eye(3), (here.sum(), 1, 1))
         nodes, components = held.nodes[here], held.components[here]
-        for k in np.flatnonzero(oblique(components, axes) | np.isin(nodes, list(frame))):
-            node = int(nodes[k])
-            if np.any(np.abs(frame.get(node, np.eye(3)) - axes[k]) > ALIGNED) and np.any(known[node]):
-                raise InputError(f"support {name!r} holds a node that another holds along other axes; join the two")
-            frame[node] = axes[k]
-        found[name] = SupportSet(nodes=nodes, components=components & ~known[nodes], axes=axes)
+        for k in np.flatnonzero(known[nodes].any(axis=1)):
+            axes[k] = _axes_of_both(name, known[nodes[k]], frames[nodes[k]], components[k], axes[k])
+        new = components & ~known[nodes]
         known[nodes] |= components
-    return found
+        frames[nodes] = axes
+        for k in np.flatnonzero(np.any(np.abs(axes - np.eye(3)) > ALIGNED, axis=(1, 2))):
+            _give_to_first(owner, int(nodes[k]), new[k])
+        found[name] = (nodes, new, axes)
+    return {name: SupportSet(nodes=n, components=c, axes=a) for name, (n, c, a) in found.items()}
+
+
+def _give_to_first(owner: dict[tuple[int, int], np.ndarray], node: int, new: np.ndarray) -> None:
+    """Give components (6,) along turned axes to the support that holds a part of them: together they are one link.
+
+    `owner` has the components of the first support by node and by translations (0) or rotations (1).
+    """
+    for half, part in enumerate((slice(0, 3), slice(3, 6))):
+        if not np.any(new[part]):
+            continue
+        first = owner.setdefault((node, half), new)
+        if first is not new:
+            first[part] |= new[part]
+            new[part] = False
+
+
+def _axes_of_both(name: str, known: np.ndarray, frame: np.ndarray, own: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return the axes of what two supports hold of a node: of translations or rotations held wholly any axes are."""
+    first, second = _in_part(known), _in_part(own)
+    if np.any(np.abs(frame - axes) > ALIGNED) and np.any(first) and np.any(second):
+        raise InputError(f"support {name!r} holds a node that another holds along other axes; join the two")
+    return frame if np.any(first) else axes
+
+
+def _in_part(components: np.ndarray) -> np.ndarray:
+    """Return whether translations and rotations (2,) are held, but not all three."""
+    held = components.reshape(2, 3)
+    return held.any(axis=1) & ~held.all(axis=1)
