@@ -71,12 +71,13 @@ def simulate(
         `Result.message` says which and why. Python callbacks are called in these trials too.
     step : float or None
         A fixed step (s) instead of error control; shorter where functions of time ask for it.
-    start : {"rest", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
-        "rest": the modes are at rest without deflection. "equilibrium": everything rests in static equilibrium
-        (`static_equilibrium`), prescribed joints where they are. "steady": joints that move, prescribed ones, those
-        with a rate in their start and free ones, keep their rates, and modes and all other joints are in equilibrium
-        with that motion. A state, or the end of another run, whose time goes on: the run begins there. A dictionary
-        has modal coordinates, ``{"arm.modal": [...]}``.
+    start : {"rest", "quasi_static", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
+        "rest": the modes are at rest without deflection. "quasi_static": joints are as at their start, and the modes
+        have the deflection of the accelerations there, so that what is released does not ring. "equilibrium":
+        everything rests in static equilibrium (`static_equilibrium`), prescribed joints where they are. "steady":
+        joints that move, prescribed ones, those with a rate in their start and free ones, keep their rates, and modes
+        and all other joints are in equilibrium with that motion. A state, or the end of another run, whose time goes
+        on: the run begins there. A dictionary has modal coordinates, ``{"arm.modal": [...]}``.
     rho_inf : float
         Spectral radius of generalised-alpha at infinite frequency, 0 to 1.
     max_step : float or None

@@ -9,7 +9,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.analysis.equilibrium import Equilibrium, static_equilibrium
-from modalprep.multibody.analysis.steady import moving_joints, steady_state
+from modalprep.multibody.analysis.steady import deflected_state, moving_joints, steady_state
 from modalprep.multibody.evaluation.evaluator import Evaluator, start_state
 from modalprep.multibody.evaluation.system_state import SystemState, state_of
 from modalprep.multibody.model.system import System
@@ -20,7 +20,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.suggest import refuse_unknown
 
 APART = 1e-9  # s, or of the time: two output times that are nearer are one
-Start = Literal["rest", "equilibrium", "steady"]
+Start = Literal["rest", "quasi_static", "equilibrium", "steady"]
 Given = Start | SystemState | Equilibrium | Result | Mapping[str, object]
 
 
@@ -29,7 +29,7 @@ def started(system: System, start: Given) -> SystemState | None:
 
     Parameters
     ----------
-    start : {"rest", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
+    start : {"rest", "quasi_static", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
         As `simulate` takes it.
 
     Raises
@@ -59,6 +59,8 @@ def started(system: System, start: Given) -> SystemState | None:
     refuse_unknown(str(start), get_args(Start), "simulation start")
     if start == "rest":
         return None
+    if start == "quasi_static":
+        return _of_system(system, deflected_state(system), 0.0)
     return _in_equilibrium(system) if start == "equilibrium" else _steady(system)
 
 

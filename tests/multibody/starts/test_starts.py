@@ -103,6 +103,20 @@ def test_a_free_satellite_spins_steadily(arm):
     assert steady["flight.angular_velocity"][-1] == pytest.approx([0, 0, 5.0], abs=1e-8)
 
 
+def test_a_pendulum_that_is_released_does_not_ring(arm):
+    """It falls with the acceleration ``3 g / 2 l`` of a rigid rod, whose modes follow the angle smoothly."""
+    system = spinning(arm, angle=0.5).with_(gravity=GRAVITY)
+    rest, smooth = (
+        mp.simulate(system, t_end=0.1, output_step=1e-3, start=start, method="explicit", rtol=1e-9)
+        for start in ("rest", "quasi_static")
+    )
+    assert smooth["hub.acceleration"][0] == pytest.approx(-1.5 * 9.81 / LENGTH * np.cos(0.5), rel=1e-3)
+    largest = np.argmax(np.abs(smooth["arm.modal"]).max(axis=0))
+    ringing = [np.abs(np.diff(run["arm.modal"][:, largest], 2)).max() for run in (rest, smooth)]
+    assert ringing[1] < 0.02 * ringing[0]
+    assert smooth["arm.modal"][0, largest] == pytest.approx(rest["arm.modal"][:, largest].mean(), rel=0.1)
+
+
 def test_what_rests_beside_a_spin_finds_its_place():
     """A lumped mass on a spring, on a turntable: ``k x = m w^2 (r + x)``."""
     table, mass = rigid("table", {"root": (0, 0, 0), "rail": (1.0, 0, 0)}), rigid("mass", {"root": (0, 0, 0)}, mass=2.0)

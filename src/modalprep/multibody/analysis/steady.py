@@ -1,4 +1,4 @@
-"""A steady motion: joints that move keep their rates, and what rests on them is in equilibrium with that motion."""
+"""Deflected starts: modes, and in a steady motion joints that rest, are in equilibrium with the accelerations there."""
 
 from __future__ import annotations
 
@@ -35,6 +35,25 @@ def _has_rate(joint) -> bool:
     return any(np.any(rate) for rate in (joint.rate, joint.speed, joint.velocity, joint.angular_velocity))
 
 
+def deflected_state(system: System, t: float = 0.0) -> np.ndarray:
+    """Return the state in which joints are as at the start, and modes have neither speed nor acceleration.
+
+    The accelerations of the joints follow from the equations of motion: a pendulum that is released has the deflection
+    of its fall, and does not ring. Arguments and errors as `steady_state`.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
+    >>> y = deflected_state(arm)
+    >>> float(y[0]), bool(np.abs(y[1:3]).max() > 0)
+    (0.5, True)
+    """
+    return _balanced(system, t, {joint.name for joint in system.joints})
+
+
 def steady_state(system: System, t: float = 0.0) -> np.ndarray:
     """Return the state in which the modes, and the joints that rest, have neither speed nor acceleration.
 
@@ -65,8 +84,13 @@ def steady_state(system: System, t: float = 0.0) -> np.ndarray:
     >>> bool(np.abs(y[1:9]).max() > 0), float(y[9])
     (True, 2.0)
     """
+    return _balanced(system, t, set(moving_joints(system)))
+
+
+def _balanced(system: System, t: float, moving: set[str]) -> np.ndarray:
+    """Return the state in which all but the `moving` joints have neither speed nor acceleration."""
     evaluator = Evaluator(system, t)
-    found = _Resting(evaluator, set(moving_joints(system)))
+    found = _Resting(evaluator, moving)
     y = found.start
     before = size = np.inf
     for _ in range(MAX_STEPS):

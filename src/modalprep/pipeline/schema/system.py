@@ -233,10 +233,11 @@ class SimulationTable(Table):
     shortest_event: Duration | None = Field(
         None, gt=0, description="s, for which expressions of t are looked through; default 1e-4 of t_end"
     )
-    start: Literal["rest", "equilibrium", "steady"] | FileName | dict[str, list[float]] = Field(
+    start: Literal["rest", "quasi_static", "equilibrium", "steady"] | FileName | dict[str, list[float]] = Field(
         "rest",
-        description="of modes and joints: equilibrium under the loads; steady: with the motion at the start; the file "
-        'of a run or state, which goes on; or modal coordinates, { "arm.modal" = [...] }',
+        description="quasi_static: modes deflected by the accelerations at the start; equilibrium: everything at rest; "
+        "steady: with the motion at the start; the file of a run or state, which goes on; or modal "
+        'coordinates, { "arm.modal" = [...] }',
     )
     start_time: Duration | None = Field(None, ge=0, description="s, of the run in that file; default its end")
     variables: Literal["joint", "momentum", "efficient"] = Field(
@@ -253,8 +254,8 @@ class SimulationTable(Table):
         is_file = isinstance(self.start, FileName)
         if isinstance(self.start, FileName) and not self.start.endswith(".h5"):
             raise ValueError(
-                f"start = {str(self.start)!r} is neither 'rest', 'equilibrium' nor 'steady', and no file .h5 of a run "
-                "or a state"
+                f"start = {str(self.start)!r} is neither 'rest', 'quasi_static', 'equilibrium' nor 'steady', and "
+                "no file .h5 of a run or a state"
             )
         if self.start_time is not None and not is_file:
             raise ValueError("start_time is the time of a run whose file is the start; leave it out")
