@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.fe.external.checks import COMPONENTS
 from modalprep.fe.external.entries import Found, Labelled, mirrored, refuse_hollow
 from modalprep.fe.readers.ansys.read import turned_nodes
-from modalprep.fe.readers.digest import ANSYS
+from modalprep.fe.readers.deck_format import deck_format
 
 FULL_FILE = -4  # word 1 of the header of matrices that are sorted by equations
 INTEGER, SHORT, PACKED = 1 << 31, 1 << 30, 0b111 << 27  # flags of a record
@@ -98,7 +98,7 @@ def _supports(held: np.ndarray, path: Path) -> str:
 
 def refuse_turned(nodes: Path) -> None:
     """Refuse nodes of an Ansys file whose matrices have rows along axes of their own."""
-    turned = turned_nodes(nodes) if nodes.suffix.lower() in ANSYS else []
+    turned = turned_nodes(nodes) if deck_format(nodes) == "ansys" else []
     if turned:
         raise InputError(
             f"file of nodes {nodes}: {len(turned)} nodes are turned (THXY to THZX), the first is node {turned[0]}; "

@@ -23,6 +23,7 @@ from modalprep.fe.external.model import model_from_matrices, unit_factors
 from modalprep.fe.external.output4 import read_output4
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.deck_format import deck_format
 from modalprep.fe.readers.digest import NASTRAN, matrices_digest
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.grids import Grids
@@ -205,7 +206,7 @@ def read_nodes(path: Path, unit: str, length: float) -> Mesh:
     """Return the nodes of a table, a deck or a mesh file in m; `length` is a `unit` in m."""
     refuse_missing(path, "file of nodes", RELATIVE)
     suffix = path.suffix.lower()
-    if suffix in DECK:
+    if suffix in DECK and deck_format(path) in (None, "nastran"):
         mesh = deck_nodes(path)
         if mesh is None:
             raise InputError(f"file of nodes {path} has no GRID; give the deck with the nodes")

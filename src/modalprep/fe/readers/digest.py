@@ -9,22 +9,21 @@ from functools import lru_cache
 from pathlib import Path
 
 from modalprep.fe.readers.abaqus.lexer import read_blocks
+from modalprep.fe.readers.deck_format import BY_ENDING, deck_format
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.program import file_digest
 
-NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
-INCLUDING = NASTRAN | {".inp"}
+NASTRAN = {ending for ending, name in BY_ENDING.items() if name == "nastran"}
 OTHER_FILES = re.compile(rb"include|input", re.IGNORECASE)
-ANSYS = {".cdb", ".ans"}
 
 
 def mesh_digest(path: Path) -> str:
     """Return the SHA-256 of a mesh file, of a deck with its includes; empty when the file is not there."""
-    kind = path.suffix.lower()
     digest = file_digest(path)
-    if not (digest and kind in INCLUDING and _may_include(path, digest)):
+    kind = deck_format(path) if digest else None
+    if kind not in ("nastran", "abaqus") or not _may_include(path, digest):
         return digest
-    return read_cards(path).sha256 if kind in NASTRAN else read_blocks(path)[1]
+    return read_cards(path).sha256 if kind == "nastran" else read_blocks(path)[1]
 
 
 @lru_cache(maxsize=1000)

@@ -20,7 +20,7 @@ from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.cad import CAD, read_cad
-from modalprep.fe.readers.digest import ANSYS, NASTRAN
+from modalprep.fe.readers.deck_format import BY_ENDING, deck_format
 from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
 from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.universal import read_universal
@@ -36,8 +36,7 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
-INP = ".inp"
-DECKS = {INP: read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkeys(NASTRAN, read_nastran)}
+READERS = {"ansys": read_ansys, "nastran": read_nastran}
 UNIVERSAL = {".unv", ".uff"}
 MED = ".med"
 
@@ -55,8 +54,9 @@ def read_mesh(
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
-    Nastran decks (.bdf, .dat, .nas), Ansys archives (.cdb, .ans) and the decks of Abaqus and CalculiX (.inp)
-    provide sections, materials, masses, springs, rigid and averaging elements. Universal files (.unv) and the
+    Nastran decks (.bdf, .dat, .nas), Ansys archives (.cdb, .ans) and the decks of Abaqus and CalculiX (.inp) provide
+    sections, materials, masses, springs, rigid and averaging elements; of .dat, .inp, .ans and .txt the first lines
+    tell whose they are. Universal files (.unv) and the
     formats that meshio reads (.msh 4.1 is best, .med, .vtu, ...) provide points, cells and groups: the file's cell
     sets and node sets, its ``gmsh:physical`` numbers with their names, or the integer cell arrays of a .vtu file
     (``<array>_<value>``); a file without any has the group ``body`` of all its elements. An element that the file
@@ -103,18 +103,18 @@ def read_mesh(
     refuse_units(length_unit, mass_unit, path)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
-    if dialect is not None and path.suffix.lower() != INP:
-        raise InputError(f"mesh file {path}: 'dialect' is for decks of Abaqus and CalculiX ({INP}); leave it out")
+    kind = deck_format(path)
+    if dialect is not None and kind != "abaqus":
+        raise InputError(f"mesh file {path}: 'dialect' is for decks of Abaqus and CalculiX (.inp); leave it out")
     if path.suffix.lower() in CAD and not ignore:
         return read_cad(path, units[0], size, 2 if order is None else order)
     for name, given in (("size", size), ("order", order)):
         if given is not None:
             raise InputError(f"mesh file {path}: {name!r} is for CAD files, this mesh has its elements; leave it out")
-    if path.suffix.lower() == INP:
+    if kind == "abaqus":
         return _deck(_checked(read_abaqus(path, *units, ignore, dialect), path), path, length_unit, mass_unit)
-    reader = DECKS.get(path.suffix.lower())
-    if reader is not None:
-        return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)
+    if kind is not None:
+        return _deck(_checked(READERS[kind](path, *units, ignore), path), path, length_unit, mass_unit)
     if ignore:
         raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
     if path.suffix.lower() in UNIVERSAL:
@@ -146,7 +146,7 @@ def read_mesh(
 
 def read_cells(path: Path, length_unit: str = "m") -> Mesh:
     """Return a mesh of which only nodes and cells matter, whatever dialect and unit of mass its deck has."""
-    return read_mesh(path, length_unit, "kg", dialect="calculix" if path.suffix.lower() == INP else None)
+    return read_mesh(path, length_unit, "kg", dialect="calculix" if deck_format(path) == "abaqus" else None)
 
 
 def refuse_units(length_unit: str, mass_unit: str | None, path: Path | None = None) -> None:
@@ -154,7 +154,7 @@ def refuse_units(length_unit: str, mass_unit: str | None, path: Path | None = No
     for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
         if unit is not None and unit not in known:
             raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
-    if path is not None and path.suffix.lower() not in DECKS and mass_unit not in (None, "kg"):
+    if path is not None and deck_format(path) is None and mass_unit not in (None, "kg"):
         raise InputError(f"mesh file {path}: 'mass_unit' is for decks, which bring their materials; leave it out")
 
 
@@ -187,7 +187,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     from meshio._helpers import extension_to_filetypes
 
     if path.suffix.lower() not in extension_to_filetypes:
-        known = ", ".join(sorted({*extension_to_filetypes, *DECKS, *UNIVERSAL, *CAD}))
+        known = ", ".join(sorted({*extension_to_filetypes, *BY_ENDING, *UNIVERSAL, *CAD}))
         raise InputError(f"mesh file {path}: the format {path.suffix!r} is not known; known are {known}")
     content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"

@@ -12,8 +12,9 @@ from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.plausible import COMMON, LONG, SHORT, implausible_sections
 from modalprep.fe.readers.cad import BREP, CAD, cad_measures
+from modalprep.fe.readers.deck_format import deck_format
 from modalprep.fe.readers.gmsh_session import TETRAHEDRA
-from modalprep.fe.readers.read import DECKS, LENGTH_UNITS, read_mesh, refuse_units
+from modalprep.fe.readers.read import LENGTH_UNITS, read_mesh, refuse_units
 from modalprep.records import Record
 
 GUESSES = (("m", "kg"), ("mm", "t"), ("in", "slinch"), ("mm", "kg"))  # of a deck: lengths with their usual masses
@@ -62,7 +63,7 @@ def read_with_units(path: Path, length_unit: str | None, mass_unit: str | None, 
         return _cad(path, length_unit, size)
     if size is not None:
         raise InputError(f"mesh file {path}: --size is for CAD files, this mesh has its elements; leave it out")
-    if path.suffix.lower() in DECKS:
+    if deck_format(path) is not None:
         return _deck(path, length_unit, mass_unit)
     mesh = read_mesh(path, length_unit or "m")
     if length_unit is not None:

@@ -68,7 +68,7 @@ REFUSALS = {
     "another file": ([*CUBE, "/INPUT,other,inp"], "/INPUT: it chooses or repeats commands"),
     "a condition": ([*CUBE, "*IF,a,EQ,1,THEN"], r"\*IF: it chooses commands by a parameter"),
     "a local system": ([*CUBE, "CSYS,11"], "CSYS: nodes in a local system cannot be read"),
-    "a spherical system": ([*CUBE, "LOCAL,11,2"], "a coordinate system of kind 2 is not read"),
+    "a toroidal system": ([*CUBE, "LOCAL,11,3"], "a coordinate system of kind 3 is not read"),
     "an endless component": ([*CUBE, "CMBLOCK,A,NODE,2", "(8i10)", "         1-999999999"], "is no component"),
     "an equation of nothing": ([*CUBE, "CE,1,0"], r"CE 1 \(line .*\): it has no terms"),
     "an equation of no node": ([*CUBE, "CE,1,0,99,UX,1"], "CE 1 .*: node 99 is not in the deck"),

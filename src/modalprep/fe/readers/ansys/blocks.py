@@ -7,8 +7,7 @@ from collections.abc import Iterator
 
 from modalprep.fe.readers.ansys.commands import Command, number
 
-FORMAT = re.compile(r"\((\d+)I(\d+)(?:,(\d+)[EFG](\d+).*)?\)", re.IGNORECASE)
-REALS = re.compile(r"\((\d+)[EFG](\d+).*\)", re.IGNORECASE)
+ITEM = re.compile(r"(\d*)([IEFG])(\d+)(?:\.\d+)?(?:E\d+)?", re.IGNORECASE)
 MOST = 1000  # fields in a row
 
 
@@ -21,14 +20,19 @@ def layout(command: Command, k: int = 0) -> list[int]:
     >>> layout(Command(Path("a.cdb"), 1, ["NBLOCK"], ["(3i9,6e21.13e3)"]))
     [9, 9, 9, 21, 21, 21, 21, 21, 21]
     """
+    return [width for _, width in _items(command, k)]
+
+
+def _items(command: Command, k: int = 0) -> list[tuple[str, int]]:
+    """Return letter and width of each field of a format line, such as ``(1i7,2i9,6e21.13e3)``."""
     text = command.formats[k].replace(" ", "") if k < len(command.formats) else ""
-    found = FORMAT.fullmatch(text) or REALS.fullmatch(text)
-    counts = [int(part) for part in found.groups() if part] if found else []
-    if not counts:
+    found = [ITEM.fullmatch(part) for part in text[1:-1].split(",")] if text[:1] + text[-1:] == "()" else [None]
+    items = [(int(one[1] or 1), one[2].upper(), int(one[3])) for one in found if one]
+    if len(items) < len(found):
         raise command.error(f"its format {text!r} is not understood; export the model by CDWRITE")
-    if sum(counts[::2]) > MOST or max(counts) > MOST:
+    if sum(count for count, _, _ in items) > MOST or max(width for _, _, width in items) > MOST:
         raise command.error(f"its format {text!r} names more fields than a row has; export the model again")
-    return [width for count, width in zip(counts[::2], counts[1::2], strict=True) for _ in range(count)]
+    return [(letter, width) for count, letter, width in items for _ in range(count)]
 
 
 def cut(line: str, widths: list[int]) -> list[str]:
@@ -60,8 +64,7 @@ def integers(command: Command, texts: list[str], line: int) -> list[int]:
 def node_rows(command: Command) -> Iterator[tuple[int, int, list[float]]]:
     """Yield line, number and six values of each node: coordinates and angles (degrees)."""
     widths = layout(command)
-    given = FORMAT.fullmatch(command.formats[0].replace(" ", ""))
-    count = int(given[1]) if given else 0
+    count = sum(letter == "I" for letter, _ in _items(command))
     for line, text in command.rows:
         fields = cut(text, widths)
         label = integers(command, fields[:1], line)[0]

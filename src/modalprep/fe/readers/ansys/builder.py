@@ -14,6 +14,7 @@ from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
 from modalprep.fe.readers.ansys.sections import Sections
+from modalprep.fe.readers.ansys.systems import PREDEFINED
 from modalprep.fe.readers.systems import System
 from modalprep.fe.readers.units import Units
 
@@ -72,6 +73,8 @@ class Builder(MeshBuilder):
         """Return the coordinate system of an element, None for the global one."""
         if element.system in self.deck.systems:
             return self.deck.systems[element.system]
+        if element.system in PREDEFINED:
+            return PREDEFINED[element.system]
         if element.system > 0:
             raise self.deck.error(element, f"coordinate system {element.system} is not in the deck; add its LOCAL")
         return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from modalprep.fe.readers.ansys.blocks import element_rows, integers, members, node_rows, real_sets
@@ -10,7 +12,12 @@ from modalprep.fe.readers.ansys.deck import Deck, Element, ElementType, Held, Se
 from modalprep.fe.readers.ansys.systems import axes_of, local_system
 
 ATTRIBUTES = {"TYPE": "type", "MAT": "material", "REAL": "real", "SECN": "section", "ESYS": "system"}
-VERSIONED = ("R5.", "UNBL")  # field 1 of commands that CDWRITE writes
+VERSIONED = re.compile(r"R\d+\.\d*|UNBL.*")  # field 1 of commands that CDWRITE writes
+
+
+def is_versioned(command: Command) -> bool:
+    """Whether CDWRITE wrote a command, with the form of its lines in the first field."""
+    return VERSIONED.fullmatch(command.text(1)) is not None
 
 
 def nblock(deck: Deck, command: Command) -> None:
@@ -21,7 +28,7 @@ def nblock(deck: Deck, command: Command) -> None:
 
 def node(deck: Deck, command: Command) -> None:
     """Read one node, or skip the end of a block."""
-    if command.text(1)[:3] in VERSIONED:
+    if is_versioned(command):
         return
     values = [command.real(k, "coordinate", 0.0) for k in range(2, 8)]
     _add_node(deck, command, command.integer(1, "node"), values, command.line)
@@ -53,7 +60,12 @@ def eblock(deck: Deck, command: Command) -> None:
 
 
 def element(deck: Deck, command: Command) -> None:
-    """E and EN: nodes of one element, whose attributes are those of the last TYPE, MAT, REAL, SECNUM and ESYS."""
+    """E and EN: nodes of one element, whose attributes are those of the last TYPE, MAT, REAL, SECNUM and ESYS.
+
+    The EN of CDWRITE ends a block.
+    """
+    if is_versioned(command):
+        return
     first = 1 + (command.key == "EN")
     label = command.integer(1, "element") if first > 1 else max(deck.elements, default=0) + 1
     nodes = tuple(int(value) for value in command.reals(first))
@@ -119,7 +131,7 @@ def material(deck: Deck, command: Command) -> None:
 
 def material_data(deck: Deck, command: Command) -> None:
     """MPDATA: a property at several temperatures, of which the first is taken."""
-    first = 3 if command.text(1)[:3] in VERSIONED else 1
+    first = 3 if is_versioned(command) else 1
     label = command.text(first)
     number_ = command.integer(first + 1, "material", 1)
     values = command.reals(first + 3)
@@ -244,7 +256,7 @@ def named(deck: Deck, command: Command) -> None:
 
 def local(deck: Deck, command: Command) -> None:
     """LOCAL, also in the two lines of CDWRITE: origin, then angles."""
-    if command.text(1)[:3] not in VERSIONED:
+    if not is_versioned(command):
         angles = np.array([command.real(k, "angle", 0.0) for k in range(6, 9)])
         origin = np.array([command.real(k, "origin", 0.0) for k in range(3, 6)])
         deck.systems[command.integer(1, "system")] = local_system(
@@ -293,7 +305,7 @@ DOFS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 
 def equation(deck: Deck, command: Command) -> None:
     """CE: terms (node, component, factor) of an equation and its constant, in the two lines of CDWRITE or in one."""
-    versioned = command.text(1)[:3] in VERSIONED
+    versioned = is_versioned(command)
     defines = command.text(2) == "DEFI"
     if not versioned or defines:
         deck.attributes["equation"] = command.integer(4 if versioned else 1, "equation")
@@ -315,7 +327,7 @@ def _component(command: Command, k: int) -> int:
 
 def couple(deck: Deck, command: Command) -> None:
     """CP: nodes that share one DOF."""
-    versioned = command.text(1)[:3] in VERSIONED
+    versioned = is_versioned(command)
     if not versioned:
         label = command.integer(1, "set")
         dofs = command.text(2)

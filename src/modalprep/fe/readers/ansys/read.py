@@ -19,6 +19,11 @@ from modalprep.fe.readers.ansys.registry import BY_LETTERS, COMMANDS
 from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
 
+# first letters of commands that make geometry or a mesh of it
+MAKING = set(
+    "K L A V LARC CIRC BLOC BLC4 BLC5 CYLI CYL4 CYL5 CONE CON4 SPHE SPH4 RECT PCIR RPR4 VROT VEXT VDRA VADD VSBV AMES "
+    "VMES LMES VSWE KMES IGES PARA".split()
+)
 ADVICE = "if they carry stiffness, mass or constraints, model them in the pipeline file"
 
 
@@ -80,9 +85,21 @@ def turned_nodes(path: Path) -> list[int]:
 
 def _deck(path: Path, content: bytes, ignored: set[str]) -> Deck:
     deck = Deck(path)
-    for command in commands(path, content.decode("utf-8-sig", errors="replace")):
+    listed = list(commands(path, content.decode("utf-8-sig", errors="replace")))
+    _refuse_bare_commands(path, listed)
+    for command in listed:
         _obey(deck, command, ignored)
     return deck
+
+
+def _refuse_bare_commands(path: Path, listed: list[Command]) -> None:
+    """Refuse a file that makes its model by commands and lists no node."""
+    first = next((command for command in listed if command.key in MAKING), None)
+    if first is not None and not any(command.key in ("NBLO", "N") for command in listed):
+        raise InputError(
+            f"mesh file {path} makes its model by commands, {first.fields[0].upper()} in line {first.line} first, and "
+            "lists no nodes; run it in Ansys and write the model by CDWRITE"
+        )
 
 
 def _obey(deck: Deck, command: Command, ignored: set[str]) -> None:

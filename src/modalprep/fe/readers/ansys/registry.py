@@ -55,7 +55,11 @@ COMMANDS: dict[str, Entry] = {
     "CM": Entry("approximated", "Read after ALLSEL, and after ESEL,NONE or NSEL,NONE with what follows.", h.named),
     **dict.fromkeys("NSEL ESEL ALLSEL CMSEL ESLN ESLA NSLE".split(), Entry("read", "For CM.", h.selection)),
     "LUMPM": Entry("approximated", "The mass is consistent also where Ansys lumps it.", h.lumped),
-    "LOCAL": Entry("read", "Cartesian and cylindrical systems, for elements (ESYS).", h.local),
+    "LOCAL": Entry(
+        "read",
+        "Cartesian, cylindrical and spherical systems, for elements (ESYS), beside the predefined 1, 2, 5 and 6.",
+        h.local,
+    ),
     "CSYS": Entry("read", "Only the global Cartesian system.", h.active_system),
     "*IF": Entry("read", "The switch that CDWRITE writes; others are refused.", h.switch),
     "D": Entry("read", "A set of supports and a group, both of the name 'held'.", h.support),

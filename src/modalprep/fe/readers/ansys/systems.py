@@ -9,7 +9,24 @@ import numpy as np
 from modalprep.fe.readers.ansys.commands import Command
 from modalprep.fe.readers.systems import System
 
-KINDS = {0: "R", 1: "C"}
+KINDS = {0: "R", 1: "C", 2: "S"}
+
+
+class Spherical(System):
+    """Axes along the radius, the meridian's angle and the height over the equator, as Ansys orders them."""
+
+    def axes_at(self, point: np.ndarray) -> np.ndarray:
+        """Return the rows e1, e2, e3 that hold at a basic ``point (3,)``."""
+        radial, polar, around = super().axes_at(point)
+        return np.array([radial, around, -polar])
+
+
+PREDEFINED: dict[int, System] = {
+    1: System("C", np.zeros(3), np.eye(3)),
+    2: Spherical("S", np.zeros(3), np.eye(3)),
+    5: System("C", np.zeros(3), np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])),
+    6: System("C", np.zeros(3), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])),
+}
 
 
 def axes_of(angles: np.ndarray) -> np.ndarray:
@@ -32,7 +49,9 @@ def axes_of(angles: np.ndarray) -> np.ndarray:
 
 
 def local_system(command: Command, kind: int, origin: np.ndarray, angles: np.ndarray) -> System:
-    """Return a system; spherical and toroidal ones are refused."""
+    """Return a system; toroidal ones are refused."""
     if kind not in KINDS:
-        raise command.error(f"a coordinate system of kind {kind} is not read; use a Cartesian or a cylindrical one")
-    return System(KINDS[kind], origin, axes_of(angles))
+        raise command.error(
+            f"a coordinate system of kind {kind} is not read; use a Cartesian, cylindrical or spherical one"
+        )
+    return (Spherical if KINDS[kind] == "S" else System)(KINDS[kind], origin, axes_of(angles))
