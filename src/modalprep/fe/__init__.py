@@ -6,6 +6,8 @@ from modalprep.lazy import lazy
 
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from modalprep.fe.assembly.bases import facet_bases as facet_bases
+    from modalprep.fe.assembly.bases import group_bases as group_bases
     from modalprep.fe.assembly.model import FEModel as FEModel
     from modalprep.fe.assembly.stress_recovery import Stress as Stress
     from modalprep.fe.assembly.stress_recovery import StressPoint as StressPoint

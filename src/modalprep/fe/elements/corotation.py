@@ -94,6 +94,11 @@ class Rotating(Protocol):
     """What a family provides: its axes, and the rotation of the axes per nodal DOF as in `corotational_stiffness`."""
 
     @property
+    def nodes(self) -> np.ndarray:
+        """(ne, n) int."""
+        ...
+
+    @property
     def components(self) -> int:
         """6, or 3 of elements whose nodes have no rotations."""
         ...

@@ -33,11 +33,16 @@ def hourglass_stiffness(x: np.ndarray, share: np.ndarray, size: np.ndarray) -> n
     >>> int(np.linalg.matrix_rank(K)), bool(abs(K @ x.ravel()).max() < 1e-12)
     (6, True)
     """
-    motion = np.zeros((*share.shape, 20, 3))
+    motion = hourglass_motions(x)
+    return np.einsum("e,ek,eki,ekj->eij", size, share, motion, motion, optimize=True)
+
+
+def hourglass_motions(x: np.ndarray) -> np.ndarray:
+    """Return the unit hourglass motion of each face, ``(ne, 6, 60)`` of nodes ``x (ne, 20, 3)``."""
+    motion = np.zeros((len(x), 6, 20, 3))
     for k, nodes in enumerate(FACES):
         motion[:, k, nodes] = _motion(x[:, nodes])
-    motion = motion.reshape(*share.shape, 60)
-    return np.einsum("e,ek,eki,ekj->eij", size, share, motion, motion, optimize=True)
+    return motion.reshape(len(x), 6, 60)
 
 
 def _motion(x: np.ndarray) -> np.ndarray:

@@ -104,7 +104,8 @@ class SolidBlock(Block):
         return REDUCED[self.kind] if self.reduced else DEGREE[self.kind][0 if self._straight else 1]
 
     @property
-    def _mass_degree(self) -> int:
+    def mass_degree(self) -> int:
+        """Degree of the mass quadrature."""
         return REDUCED[self.kind] if self.reduced else DEGREE[self.kind][2]
 
     def gradients(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
@@ -158,8 +159,8 @@ class SolidBlock(Block):
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; one scalar matrix serves all components."""
-        N = shapes(self.kind, self._mass_degree)[0]
-        dx = self._measure(self._mass_degree)
+        N = shapes(self.kind, self.mass_degree)[0]
+        dx = self._measure(self.mass_degree)
         rho = self.section.material.rho * dx
         ne, nn = self.nodes.shape
         products = (N[:, :, None] * N[:, None]).reshape(len(N), -1)
@@ -178,7 +179,7 @@ class SolidBlock(Block):
 
     def volume(self) -> np.ndarray:
         """Volume ``(ne,)``, m^3."""
-        return self._measure(self._mass_degree).sum(axis=1)
+        return self._measure(self.mass_degree).sum(axis=1)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""

@@ -38,7 +38,7 @@ def shapes_at(kind: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     element = _element(kind)()
     own = np.array([element.lbasis(X, i)[0] + 0 * X[0] for i in range(len(element.doflocs))])
     slope = np.array([np.broadcast_to(element.lbasis(X, i)[1], X.shape) for i in range(len(element.doflocs))])
-    order = _order(kind, np.asarray(element.doflocs))
+    order = node_order(kind, np.asarray(element.doflocs))
     return np.ascontiguousarray(own[order].T), np.ascontiguousarray(slope[order].transpose(2, 0, 1))
 
 
@@ -73,6 +73,7 @@ def _element(kind: str) -> type:
     return getattr(skfem_element, str(CELLS[kind].reference))
 
 
-def _order(kind: str, located: np.ndarray) -> np.ndarray:
+def node_order(kind: str, located: np.ndarray) -> np.ndarray:
+    """Return which of the points ``located (n, dim)`` of the unit cell each node of a cell is."""
     distance = np.abs(CELLS[kind].node_coordinates()[:, None] - located[None]).max(axis=2)
     return np.argmin(distance, axis=1)

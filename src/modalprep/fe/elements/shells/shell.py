@@ -85,8 +85,8 @@ class ShellBlock(FlatShell, Corotational):
         strain = np.einsum("eqbj,ej->eqb", B[:, :, :8], d)
         force = strain @ C[:, :8, :8] * dx[..., None]
         moments = [force[..., :3], force[..., 3:6]]
-        if self._unsymmetric is not None:
-            moments.append(strain[..., :6] @ self._unsymmetric * dx[..., None])
+        if self.unsymmetric_moduli is not None:
+            moments.append(strain[..., :6] @ self.unsymmetric_moduli * dx[..., None])
         N, M, *L = (x[..., [0, 2, 2, 1]].reshape(*dx.shape, 2, 2) for x in moments)
         return N, M, force[..., 6:], L[0] if L else None
 
@@ -98,7 +98,7 @@ class ShellBlock(FlatShell, Corotational):
         return yielding_map(self.kind, self.xy, self.yields) @ straining
 
     @property
-    def _unsymmetric(self) -> np.ndarray | None:
+    def unsymmetric_moduli(self) -> np.ndarray | None:
         """Moduli ``(ne or 1, 6, 3)``: second moments of the stress of membrane strains and curvatures.
 
         Over the thickness, without those of the mean strain about the neutral surface; None for symmetric sections.
