@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from skfem.assembly import CellBasis
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import Place, cell_basis
 from modalprep.fe.forms.facets import boundary
 from modalprep.fe.forms.families import plain
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.suggest import suggestion
 
 
-def group_bases(model: FEModel, group: str) -> list[ModelBasis]:
+def group_bases(model: FEModel, group: str) -> list[CellBasis]:
     """Return the bases of the cells of a group, by which any form of scikit-fem is a matrix or vector of the model.
 
     Parameters
@@ -59,7 +60,7 @@ def facet_bases(
     model: FEModel,
     facets: str | Mapping[str, np.ndarray],
     where: Callable[[np.ndarray], np.ndarray] | None = None,
-) -> list[ModelBasis]:
+) -> list[CellBasis]:
     """Return the bases of faces of solids or edges of shells, or of any cells on nodes of the model.
 
     Parameters
@@ -102,9 +103,9 @@ def facet_bases(
     return [cell_basis(kind, np.asarray(nodes), place) for kind, nodes in cells.items()]
 
 
-def part_bases(parts: Sequence[Part], place: Place) -> list[ModelBasis]:
+def part_bases(parts: Sequence[Part], place: Place) -> list[CellBasis]:
     """Return the bases of parts of a structure; ``place.points`` are relative to the origin of the model."""
-    found = []
+    found: list[CellBasis] = []
     for part in parts:
         block = part.block(slice(None), place.points, np.zeros(3))
         own = plain(block, place)

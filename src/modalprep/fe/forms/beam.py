@@ -99,7 +99,8 @@ class PlainBeam:
 
     def __init__(self, block: BeamBlock, place: Place) -> None:
         self.block, self.place = block, place
-        self.inside, self.ends = block.at_nodes, block.outside.transformed(node_transformation(block.frame, block.arm))
+        self.inside = block.at_nodes
+        self.ends = block.outside.transformed(node_transformation(block.frame, block.arm))
 
     def motions(self, *, rotating: bool = False) -> list[ModelBasis]:
         """Return the basis of displacement u and rotation t of the centroid line, ``(3, ne, nq)`` each."""
@@ -145,7 +146,8 @@ class PlainBeam:
 
     def _section_forces(self, d: np.ndarray) -> dict[str, np.ndarray]:
         """Return N, T, My, Mz, Vy and Vz ``(ne, nq)`` of displacements ``d (ne, 12)``, and ``(Iy + Iz) / A``."""
-        own, E, G = self.block.inside, self.block.section.material.E, self.block.section.material.G
+        own = self.block.inside
+        E, G = self.block.section.material.E, self.block.section.material.G
         first, second = ((x @ d[:, None, :, None])[..., 0] for x in (self.inside.grad, self.inside.rate))
         return {
             "N": E * own.A * first[..., 0],

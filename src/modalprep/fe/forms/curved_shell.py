@@ -190,7 +190,8 @@ class PlainCurvedShell:
 
     def masses(self) -> list[Mass]:
         """Return the mass of the surface at its height, and of the thickness about it."""
-        block, s, nsm = self.block, shell_section(self.block.section), self.block.section.nsm
+        block = self.block
+        s, nsm = shell_section(block.section), block.section.nsm
         lift = s.lift
         ratio, N = growth(block), block.shapes
         found = []

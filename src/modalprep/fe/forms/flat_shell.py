@@ -214,6 +214,7 @@ class PlainFlatShell:
     def masses(self) -> list[Mass]:
         """Return the mass of the surface at its height, and of the thickness about it."""
         block, s = self.block, shell_section(self.block.section)
+        nsm = block.section.nsm
         lift = s.lift
         found = []
         for degree, r, unit in zip(MASS_DEGREE[block.kind], (lift, 1.0), (1.0, 0.0), strict=True):
@@ -221,10 +222,11 @@ class PlainFlatShell:
             e3 = np.moveaxis(self.normal, 2, 0)
             ratio = 1.0 if block.ratio is None else block.ratio @ cells_of(block, degree).N.T
             if unit:
-                nsm = block.section.nsm
-                rho, at = nsm + (s.mass - nsm) * ratio, np.asarray(basis.global_coordinates()) + lift * e3
+                rho = nsm + (s.mass - nsm) * ratio
+                at = np.asarray(basis.global_coordinates()) + lift * e3
             else:
-                rho, at = (s.second - s.mass * lift**2) * ratio**3, np.broadcast_to(e3, (3, *basis.dx.shape))
+                rho = (s.second - s.mass * lift**2) * ratio**3
+                at = np.broadcast_to(e3, (3, *basis.dx.shape))
             found.append(Mass(basis, np.array(rho), at, unit))
         return found
 

@@ -44,7 +44,8 @@ def linear_membrane(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
 def optimal_membrane(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
     """Return the basic and the higher-order strains of the optimal triangle (Felippa 2003)."""
     after, before = (np.roll(cells.xy, -k, axis=1) for k in (1, 2))
-    (dx, _), (_, dy) = np.moveaxis(before - after, 2, 0), np.moveaxis(after - before, 2, 0)  # x_kj and y_jk of node i
+    opposite = before - after
+    dx, dy = opposite[..., 0], -opposite[..., 1]  # x_kj and y_jk of node i
     area = (dx[:, 2] * dy[:, 1] - dx[:, 1] * dy[:, 2])[:, None] / 2
     x, y = dx / (2 * area), dy / (2 * area)
     j, k = [1, 2, 0], [2, 0, 1]
