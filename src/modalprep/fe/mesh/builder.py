@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Equation, Link, SupportSet
 from modalprep.fe.properties.properties import Property
 
@@ -34,6 +35,46 @@ class MeshBuilder:
         self.links: list[Link] = []
         self.equations: list[Equation] = []
         self.supports: dict[str, SupportSet] = {}
+        self.listed = 0  # nodes that the file has
+        self.more_points: list[np.ndarray] = []  # new nodes, in units of the file
+        self._middles: dict[
+            tuple[int, int], tuple[int, int]
+        ] = {}  # new node and its equations, by the ends of its edge
+
+    def point(self, position: np.ndarray) -> int:
+        """Append a new node, which the file does not have, and return its row."""
+        self.more_points.append(position)
+        return self.listed + len(self.more_points) - 1
+
+    def centre(self, nodes: Sequence[int], points: np.ndarray) -> np.ndarray:
+        """Return the mean of nodes, of those that the file has at ``points (listed, 3)`` and of new ones."""
+        at = [points[row] if row < self.listed else self.more_points[row - self.listed] for row in nodes]
+        return np.mean(at, axis=0)
+
+    def middle(self, a: int, b: int, position: np.ndarray, components: int) -> int:
+        """Return a new node in the middle of an edge that has none: it moves by the mean of the ends `a` and `b`.
+
+        The displacement is then linear along the edge. Elements that share the edge share the node; with rotations
+        six `components` are joined, else three.
+        """
+        edge = min(a, b), max(a, b)
+        row, joined = self._middles[edge] if edge in self._middles else (self.point(position), 0)
+        for c in range(joined, components):
+            terms = [(row, c, 1.0), (a, c, -0.5), (b, c, -0.5)]
+            self.equations.append(Equation.of_terms(terms, length=1.0, name="an edge without a mid-side node"))
+        self._middles[edge] = row, max(joined, components)
+        return row
+
+    def completed(self, kind: str, nodes: Sequence[int | None], points: np.ndarray, components: int) -> list[int]:
+        """Return the nodes of a cell of second order with new ones where mid-side nodes are missing."""
+        cell = CELLS[kind]
+        first = len(cell.corners)
+        corners = [row for row in nodes[:first] if row is not None]
+        ends = [(corners[i], corners[j]) for i, j in cell.edges]
+        return corners + [
+            self.middle(a, b, (points[a] + points[b]) / 2, components) if row is None else row
+            for row, (a, b) in zip(nodes[first:], ends, strict=True)
+        ]
 
     def append(self, kind: str, nodes: list[int], group: str) -> int:
         """Append a cell to a group and return its row."""

@@ -299,7 +299,7 @@ BAD = [
     (GOOD + "CORD2R,3,9,0.,0.,0.,0.,0.,1.,+\n+,1.\n", "CORD2R 3: coordinate system 9 is not in the deck"),
     (GOOD + "CHEXA,3,2,1,2,3,4,5\nPSOLID,2,7\n", "CHEXA 3: it has 5 grids and needs 8 or 20"),
     (GOOD + "CTETRA,3,2,1,2,3,4\nPSOLID,2,8\nMAT8,8\n", "PSOLID 2: material 8 is MAT8; use MAT1 or MAT9 or MAT11 here"),
-    (GOOD + "CTRIA6,3,2,1,2,3\n", "CTRIA6 3: G4 is missing"),
+    (GOOD + "CTRIA6,3,2,1,2\n", "CTRIA6 3: G3 is missing"),
     (GOOD + "CPYRAM,3,2,1,2,3,4\n", "CPYRAM 3: it has 4 grids and needs 5 or 13"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,8,.1\nMAT9,8\n", "PSHELL 2: material 8 is MAT9; use MAT1 or MAT2 or MAT8"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,,.1,7\n", "PSHELL 2: needs MID1"),

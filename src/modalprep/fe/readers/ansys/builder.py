@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.builder import MeshBuilder
+from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
@@ -27,6 +28,7 @@ class Builder(MeshBuilder):
         self.deck, self.units = deck, units
         self.labels = np.array(sorted(deck.points))
         self.points = np.array([deck.points[int(label)] for label in self.labels]).reshape(-1, 3)
+        self.listed = len(self.points)
         self.row = {label: k for k, label in enumerate(self.labels.tolist())}
         self.materials = Materials(deck, units)
         self.sections = Sections(deck, self.materials)
@@ -44,6 +46,17 @@ class Builder(MeshBuilder):
                 raise self.deck.error(element, f"node {label} is not in the deck; export the model again")
             found.append(self.row[label])
         return found
+
+    def cell_nodes(self, element: Element, kind: str, which: Sequence[int], components: int) -> list[int]:
+        """Return the rows of nodes of a cell by their place in the element's list; mid-side nodes may be missing."""
+        first = len(CELLS[kind].corners)
+        labels = [element.nodes[k] if k < len(element.nodes) else 0 for k in which[first:]]
+        if all(labels):
+            return self.nodes(element, which)
+        middle = [
+            self.nodes(element, [k])[0] if label else None for k, label in zip(which[first:], labels, strict=True)
+        ]
+        return self.completed(kind, [*self.nodes(element, which[:first]), *middle], self.points, components)
 
     def cell(self, element: Element, kind: str, nodes: list[int], group: str) -> int:
         """Append a cell to a group and return its row."""
@@ -97,11 +110,11 @@ class Builder(MeshBuilder):
         self._add_rigid()
         self._add_sets()
         return Mesh(
-            points=self.points * self.units.length,
+            points=np.vstack([self.points, *self.more_points]) * self.units.length,
             source=self.deck.path.name,
             sha256=sha256,
             scale=self.units.length,
-            labels=self.labels,
+            labels=np.append(self.labels, self.labels[-1] + 1 + np.arange(len(self.more_points))),
             **self.fields(),
         )
 

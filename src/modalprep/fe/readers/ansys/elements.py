@@ -33,13 +33,11 @@ def _brick_shape(nodes: tuple[int, ...]) -> str:
 
 
 def _places(b: Builder, element: Element, shape: str, table: dict, corners: int) -> tuple[str, list[int]]:
-    """Return the cell and the places of its nodes; mid-side nodes are all there or none."""
+    """Return the cell and the places of its nodes, of second order where there is a mid-side node."""
     own, middle = table[shape]
     there = [k < len(element.nodes) and element.nodes[k] > 0 for k in middle]
     if len(element.nodes) <= corners or not any(there):
         return shape, list(own)
-    if not all(there):
-        raise b.deck.error(element, "some of its mid-side nodes are missing; give all of them or none")
     return f"{shape}{COUNT[shape]}", [*own, *middle]
 
 
@@ -61,10 +59,10 @@ def _tetra(b: Builder, element: Element) -> None:
 def _add_solid(b: Builder, element: Element, kind: str, places: list[int]) -> None:
     b.refuse_without_element(element, kind, Solid)
     name = b.group(element, "m", lambda e: Solid(material=b.materials.solid(e, e.material)))
-    nodes = b.nodes(element, places)
+    nodes = b.cell_nodes(element, kind, places, 3)
     row = b.cell(element, kind, nodes, name)
     if system := b.system(element):
-        b.put("frame", kind, row, system.axes_at(b.points[nodes].mean(axis=0)))
+        b.put("frame", kind, row, system.axes_at(b.centre(nodes, b.points)))
 
 
 def _shell(b: Builder, element: Element) -> None:
@@ -75,16 +73,16 @@ def _shell(b: Builder, element: Element) -> None:
     b.refuse_without_element(element, kind, Shell)
     old = b.deck.types[element.type].name == "63"
     name = b.group(element, "mrs", b.sections.thin_shell if old else b.sections.shell)
-    nodes = b.nodes(element, places)
+    nodes = b.cell_nodes(element, kind, places, 6)
     b.turning.update(nodes)
     b.put("axis", kind, b.cell(element, kind, nodes, name), _shell_axis(b, element, nodes, triangle))
 
 
 def _shell_axis(b: Builder, element: Element, nodes: list[int], triangle: bool) -> np.ndarray:
     """Return x of the material: that of ESYS, else the middle of a quadrilateral's sides I-J and L-K."""
-    points = b.points[nodes]
     if system := b.system(element):
-        return system.axes_at(points.mean(axis=0))[0]
+        return system.axes_at(b.centre(nodes, b.points))[0]
+    points = b.points[nodes[: 3 if triangle else 4]]
     side = points[1] - points[0]
     return side if triangle else side + points[2] - points[3]
 

@@ -30,7 +30,7 @@ class Builder(MeshBuilder):
         self.seen: dict[tuple[str, int], Card] = {}
         self.built: dict[tuple[str, int], str] = {}
         self.twist: dict[str, float] = {}
-        self.more_points: list[np.ndarray] = []  # of new grids, basic coordinates
+        self.listed = len(grids.points)
         self.scalar_masses: dict[int, tuple[Card, np.ndarray]] = {}  # by row of the grid: first card, six sums
         self.fluid = 0  # elements of the fluid, which are left out
 
@@ -51,11 +51,6 @@ class Builder(MeshBuilder):
         if len(set(nodes)) < len(nodes):
             raise card.error("it names a grid twice; give every corner its own grid")
         return self.append(kind, nodes, group)
-
-    def point(self, position: np.ndarray) -> int:
-        """Append a new grid, which no card can name, and return its row."""
-        self.more_points.append(position)
-        return len(self.grids.points) + len(self.more_points) - 1
 
     def section(self, card: Card, family: str, default: int | None = None) -> str:
         """Return the group of the property in field 1 of an element; the property is built once."""

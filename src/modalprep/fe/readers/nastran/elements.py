@@ -28,12 +28,27 @@ def _solid(b: Builder, card: Card) -> None:
         return
     kinds = SOLIDS[card.name]
     count = len(card.fields) - 2
-    if count not in kinds:
+    first, last = min(kinds), max(kinds)
+    if not first <= count <= last:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
-    cell = kinds[count]
-    nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
-    row = b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
-    _put_material_axes(b, card, cell.name, row, nodes)
+    cell = kinds[last if count > first else first]
+    kind, nodes = _nodes(b, card, cell, 3)
+    row = b.cell(card, kind, nodes, b.section(card, "solid"))
+    _put_material_axes(b, card, kind, row, nodes)
+
+
+def _nodes(b: Builder, card: Card, cell: Cell, components: int) -> tuple[str, list[int]]:
+    """Return the kind and the nodes of a cell, from field 2 on; mid-side grids may be missing, or all of them."""
+    first = len(cell.corners)
+    order = cell.nastran_order or range(cell.count)
+    found = [
+        b.grids.node(card, 2 + k, f"G{k + 1}") if k < first or card.text(2 + k) not in ("", "0") else None
+        for k in order
+    ]
+    own = [row for row in found if row is not None]
+    if len(own) < cell.count and not any(row is not None for row in found[first:]):
+        return cell.shape, own
+    return cell.name, own if len(own) == cell.count else b.completed(cell.name, found, b.grids.points, components)
 
 
 def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[int]) -> None:
@@ -46,7 +61,7 @@ def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[
         return
     if number < 0:
         raise section.error("CORDM = -1 (axes of the element) is not read; give a coordinate system or 0")
-    axes = b.grids.system(section, number).axes_at(b.grids.points[nodes].mean(axis=0))
+    axes = b.grids.system(section, number).axes_at(b.centre(nodes, b.grids.points))
     b.put("frame", kind, row, axes)
 
 
@@ -58,12 +73,11 @@ def _is_fluid(b: Builder, card: Card) -> bool:
 
 def _shell(b: Builder, card: Card) -> None:
     cell = SHELLS[card.name]
-    kind, count = cell.name, cell.count
-    nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
+    kind, nodes = _nodes(b, card, cell, 6)
     name = b.section(card, "shell")
     row = b.cell(card, kind, nodes, name)
     if not b.bare:
-        theta, flag = {"quad8": (14, 16), "triangle6": (8, 13)}.get(kind, (2 + count, 9))
+        theta, flag = {"quad8": (14, 16), "triangle6": (8, 13)}.get(cell.name, (2 + cell.count, 9))
         _shell_axis(b, card, kind, row, theta)
         shell = b.properties[name]
         assert isinstance(shell, Shell)  # its card is one of shells
@@ -79,7 +93,7 @@ def _shell(b: Builder, card: Card) -> None:
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
     if card.is_integer(k):
-        centre = b.grids.points[b.cells[kind][row]].mean(axis=0)
+        centre = b.centre(b.cells[kind][row], b.grids.points)
         b.put("axis", kind, row, b.grids.system(card, card.integer(k, "MCID", lowest=0)).axes_at(centre)[0])
     elif angle := card.real(k, "THETA", 0.0):
         b.put("angle", kind, row, math.radians(angle))
