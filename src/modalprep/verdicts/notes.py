@@ -35,6 +35,7 @@ WELL = (
     r"their peaks are listed, without curves$",
     r"^pictures not drawn: ",
     r"coordinates are kept; they represent at least",
+    r"hexahedra of 20 nodes are integrated with ",
 )
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -15,7 +15,7 @@ from modalprep.fe.assembly.stress_recovery import StressPoint, stress_recovery
 
 STEEL = mp.Material(E=2.1e11, nu=0.3, rho=7800.0)
 REDUCED = mp.Solid(material=STEEL, integration="reduced")
-FULL = mp.Solid(material=STEEL)
+FULL = mp.Solid(material=STEEL, integration="full")
 DIGITS = 5.1e-7  # half of the last of seven, of a number that begins with 1
 SHIFT = 1e4  # (rad/s)^2, of free bodies
 
@@ -212,5 +212,5 @@ def test_refusals():
     with pytest.raises(mp.InputError, match="solid: integration 'selective'"):
         mp.Solid(material=STEEL, integration="selective")
     points, cells = box("tetra10", (1, 1, 1))
-    with pytest.raises(mp.InputError, match="tetra10 cells, and 'reduced' integration is of hexahedron20 and wedge15"):
+    with pytest.raises(mp.InputError, match="tetra10 cells, and integration 'reduced' is of hexahedron20 and wedge15"):
         solid_model(points, cells, "tetra10", REDUCED)

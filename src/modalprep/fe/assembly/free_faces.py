@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from modalprep.fe.assembly.parts import Part
+from modalprep.fe.elements.solid import integration_of
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.properties.properties import Solid
 
@@ -46,7 +47,9 @@ def _notes(share: np.ndarray) -> list[str]:
 
 def _is_reduced(part: Part) -> bool:
     section = part.section
-    return part.kind == "hexahedron20" and isinstance(section, Solid) and section.integration == "reduced"
+    if part.kind != "hexahedron20" or not isinstance(section, Solid):
+        return False
+    return integration_of(part.kind, section, part.data) != "full"
 
 
 def _quads(part: Part) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +45,10 @@ class Part:
     def pieces(self) -> list[slice]:
         """Slices of the elements that are evaluated at once."""
         return [slice(start, start + CHUNK) for start in range(0, len(self.nodes), CHUNK)]
+
+    def rows(self, some: np.ndarray) -> Part:
+        """Return some of the elements."""
+        return replace(self, nodes=self.nodes[some], data={name: values[some] for name, values in self.data.items()})
 
     def block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
         """Return some elements; `points` in mesh coordinates, `origin` of the model's frame in them."""
@@ -102,7 +106,7 @@ def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str
             rows = mesh.groups[group][kind]
             covered[kind][rows] += 1
             data = {name: v[kind][rows] for name, v in mesh.data.items() if kind in v}
-            parts.append(Part(group, section, kind, mesh.cells[kind][rows], data))
+            parts += _of_one_integration(Part(group, section, kind, mesh.cells[kind][rows], data))
     for kind, count in covered.items():
         if np.any(count > 1):
             raise InputError(f"{np.sum(count > 1)} {kind} cells have two properties; give each group its own cells")
@@ -119,12 +123,19 @@ def _kinds(mesh: Mesh, group: str, section: Property) -> list[str]:
         has = ", ".join(mesh.group(group))
         name = type(section).__name__.lower()
         raise InputError(f"group {group!r} has {has} cells, but type {name!r} needs {' or '.join(wanted)} cells")
-    if isinstance(section, Solid) and section.integration == "reduced" and not set(kinds) & set(REDUCED):
+    integration = section.integration if isinstance(section, Solid) else None
+    if integration not in (None, "full") and not set(kinds) & set(REDUCED):
         raise InputError(
-            f"group {group!r} has {', '.join(kinds)} cells, and 'reduced' integration is of {' and '.join(REDUCED)} "
-            "cells; leave it out"
+            f"group {group!r} has {', '.join(kinds)} cells, and integration {integration!r} is of "
+            f"{' and '.join(REDUCED)} cells; leave it out"
         )
     return kinds
+
+
+def _of_one_integration(part: Part) -> list[Part]:
+    """Split elements whose integration the mesh gives one by one."""
+    own = np.nan_to_num(part.data.get("integration", np.zeros(1)))
+    return [part] if len(np.unique(own)) == 1 else [part.rows(own == each) for each in np.unique(own)]
 
 
 def _left_out(mesh: Mesh, covered: dict[str, np.ndarray], boundary: set[str]) -> list[str]:

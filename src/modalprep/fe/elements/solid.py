@@ -7,8 +7,10 @@ kept for the recovery of stress. Hexahedra of 20 nodes lock on thin curved walls
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from typing import get_args
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from modalprep.fe.elements.kernels import gradients, in_threads, measures, stres
 from modalprep.fe.elements.mass import MassObjects, rigid_from_samples
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.reference_cells import NODES, quadrature, shapes, shapes_at
-from modalprep.fe.properties.properties import Solid
+from modalprep.fe.properties.properties import Solid, SolidIntegration
 
 # Degrees of quadrature: stiffness, stiffness of curved elements, mass. Rules of positive weights only.
 DEGREE = {
@@ -34,10 +36,19 @@ DEGREE = {
     "hexahedron20": (5, 5, 5),
     "hexahedron27": (5, 5, 7),
 }
-REDUCED = {"hexahedron20": 3, "wedge15": 4}  # of stiffness and mass in reduced integration: 2 x 2 x 2, 3 x 3 points
+REDUCED = {"hexahedron20": 3, "wedge15": 4}  # degrees of reduced integration: 2 x 2 x 2, 3 x 3 points
+INTEGRATIONS = get_args(SolidIntegration)  # by their numbers in ``Mesh.data``
 SIX = ("xx", "yy", "zz", "xy", "yz", "xz")  # components of stress
 STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
 PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress times linear gradients squared
+
+
+def integration_of(kind: str, section: Solid, data: Mapping[str, np.ndarray]) -> SolidIntegration:
+    """Return the integration of elements that have one: of their property, else of the mesh."""
+    if kind not in REDUCED:
+        return "full"
+    own = np.nan_to_num(data.get("integration", np.zeros(1)))
+    return section.integration or INTEGRATIONS[int(own[0])]
 
 
 @cache
@@ -66,6 +77,7 @@ class SolidBlock(Block):
     x : (ne, nn, 3)
         Node positions in the model's frame, m.
     elasticity : Elasticity
+    integration : {"full", "reduced_stiffness", "reduced"}
     free_faces : (ne, 6) or None
         Of elements of reduced integration: the share of each face whose hourglass motion no neighbour holds.
     """
@@ -77,6 +89,7 @@ class SolidBlock(Block):
     nodes: np.ndarray
     x: np.ndarray
     elasticity: Elasticity
+    integration: SolidIntegration = "full"
     free_faces: np.ndarray | None = None
 
     @classmethod
@@ -89,24 +102,20 @@ class SolidBlock(Block):
             When an element is inverted or flat.
         """
         elasticity = Elasticity.of(section, data.get("frame"))
-        block = cls(kind, section, nodes, points[nodes] - origin, elasticity, data.get("free_faces"))
+        rule = integration_of(kind, section, data)
+        block = cls(kind, section, nodes, points[nodes] - origin, elasticity, rule, data.get("free_faces"))
         block._refuse_bad_shape(origin)
         return block
-
-    @property
-    def reduced(self) -> bool:
-        """Whether stiffness and mass have fewer points than the mass needs to be exact."""
-        return self.kind in REDUCED and self.section.integration == "reduced"
 
     @cached_property
     def degree(self) -> int:
         """Degree of the stiffness quadrature: more for curved elements."""
-        return REDUCED[self.kind] if self.reduced else DEGREE[self.kind][0 if self._straight else 1]
+        return DEGREE[self.kind][0 if self._straight else 1] if self.integration == "full" else REDUCED[self.kind]
 
     @property
     def mass_degree(self) -> int:
         """Degree of the mass quadrature."""
-        return REDUCED[self.kind] if self.reduced else DEGREE[self.kind][2]
+        return REDUCED[self.kind] if self.integration == "reduced" else DEGREE[self.kind][2]
 
     def gradients(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``grad (ne, nq, nn, 3)`` and ``dx (ne, nq)``."""
@@ -231,7 +240,7 @@ class SolidBlock(Block):
 
     def _at_nodes(self, d: np.ndarray) -> np.ndarray:
         """Cauchy stress ``(ne, nn, 3, 3, k)`` at the nodes; of 2 x 2 x 2 points linear in each direction."""
-        if self.reduced and self.kind == "hexahedron20":
+        if self.integration != "full" and self.kind == "hexahedron20":
             return np.einsum("iq,eqabk->eiabk", _from_points(), self.stress(d))
         grad, _ = self.gradients(NODES)
         if self.kind == "hexahedron":

@@ -11,7 +11,7 @@ from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Equation, Link, SupportSet
 from modalprep.fe.properties.properties import Property
 
-BLANK = {"ends": 0.0, "pins": 0.0}  # data of cells that have none of their own; NaN for the others
+BLANK = {"ends": 0.0, "pins": 0.0, "integration": 0.0}  # data of cells that have none of their own; NaN for the others
 
 
 class MeshBuilder:

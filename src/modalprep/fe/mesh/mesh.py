@@ -179,7 +179,8 @@ class Mesh(Record, Viewed):
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
         beam's ends (mesh axes, m), ``pins (12)``, 1 where a DOF of a beam's ends in its axes is released, ``axis (3)``,
         ``angle`` (rad), ``offset`` (m) and ``thickness`` (m, one value or one for each corner or node) of a shell,
-        ``frame (3, 3)`` rows e1, e2, e3 of a spring or of a solid's material.
+        ``frame (3, 3)`` rows e1, e2, e3 of a spring or of a solid's material, ``integration`` of a solid: 1 where a
+        deck says reduced integration of the stiffness, 2 where of stiffness and mass.
     coupled_mass : bool
         Whether a Nastran deck asks for coupled masses (``PARAM,COUPMASS``), which ``mass = "nastran"`` follows.
     notes : tuple of str

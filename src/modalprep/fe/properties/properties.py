@@ -20,7 +20,7 @@ INCOMPRESSIBLE = 0.49999
 Vector = tuple[float, float, float]
 BeamTheory = Literal["timoshenko", "euler-bernoulli"]
 Membrane = Literal["opt", "cst"]
-SolidIntegration = Literal["full", "reduced"]
+SolidIntegration = Literal["full", "reduced_stiffness", "reduced"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -286,8 +286,10 @@ class Solid(Property):
     material : Material, Orthotropic3D or Anisotropic
     axes : two (3,) vectors or None
         e1, and a direction in the plane of e1 and e2, of the material's axes in those of the mesh; None takes these.
-    integration : {"full", "reduced"}
-        Of hexahedra of 20 nodes: by 3 x 3 x 3 points, or by 2 x 2 x 2, which do not lock on thin curved walls.
+    integration : {"full", "reduced_stiffness", "reduced"} or None
+        Of hexahedra of 20 nodes: by 3 x 3 x 3 points; by 2 x 2 x 2, which do not lock on thin curved walls, of the
+        stiffness (as Abaqus and Ansys do) or of stiffness and mass (as CalculiX does). None takes what the mesh says of
+        single elements (``Mesh.data``, "integration"), else full.
 
     Raises
     ------
@@ -307,11 +309,11 @@ class Solid(Property):
 
     material: Material | Orthotropic3D | Anisotropic
     axes: tuple[Vector, Vector] | None = None
-    integration: SolidIntegration = "full"
+    integration: SolidIntegration | None = None
 
     def __post_init__(self) -> None:
         """Refuse laminae, axes on one line and unknown integrations."""
-        refuse_unknown(self.integration, get_args(SolidIntegration), "solid: integration")
+        refuse_unknown(self.integration or "full", get_args(SolidIntegration), "solid: integration")
         if isinstance(self.material, Orthotropic):
             raise InputError("a solid cannot be made of a lamina, which lacks E3, nu13, nu23; give an Orthotropic3D")
         if isinstance(self.material, Material) and self.material.nu > INCOMPRESSIBLE:

@@ -14,18 +14,21 @@ from typing import Any, Literal
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.elements.solid import INTEGRATIONS
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh, refuse_far_points
+from modalprep.fe.properties.properties import SolidIntegration
 from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.cad import CAD, read_cad
 from modalprep.fe.readers.deck_format import BY_ENDING, deck_format
+from modalprep.fe.readers.integration import with_integration
 from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
 from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.universal import read_universal
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
-from modalprep.suggest import refuse_missing, suggestion
+from modalprep.suggest import refuse_missing, refuse_unknown, suggestion
 from modalprep.verdicts.notes import told
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
@@ -51,6 +54,7 @@ def read_mesh(
     size: float | None = None,
     order: Literal[1, 2] | None = None,
     dialect: Dialect | None = None,
+    integration: SolidIntegration | None = None,
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
@@ -81,6 +85,8 @@ def read_mesh(
         For CAD files: order of the tetrahedra, by default 2.
     dialect : {"abaqus", "calculix"}, optional
         Of an .inp deck, for keywords that the two programs take differently; by default what the deck itself proves.
+    integration : {"full", "reduced_stiffness", "reduced"}, optional
+        Of the 20-node hexahedra of a deck, in place of what it says, as in `Solid`; a note has either.
 
     Returns
     -------
@@ -106,15 +112,20 @@ def read_mesh(
     kind = deck_format(path)
     if dialect is not None and kind != "abaqus":
         raise InputError(f"mesh file {path}: 'dialect' is for decks of Abaqus and CalculiX (.inp); leave it out")
+    if integration is not None and kind is None:
+        raise InputError(f"mesh file {path}: 'integration' is for decks; give that of each solid among the properties")
+    refuse_unknown(integration or "full", INTEGRATIONS, "integration of a deck:")
     if path.suffix.lower() in CAD and not ignore:
         return read_cad(path, units[0], size, 2 if order is None else order)
     for name, given in (("size", size), ("order", order)):
         if given is not None:
             raise InputError(f"mesh file {path}: {name!r} is for CAD files, this mesh has its elements; leave it out")
     if kind == "abaqus":
-        return _deck(_checked(read_abaqus(path, *units, ignore, dialect), path), path, length_unit, mass_unit)
+        mesh = _checked(read_abaqus(path, *units, ignore, dialect), path)
+        return _deck(with_integration(mesh, integration), path, length_unit, mass_unit)
     if kind is not None:
-        return _deck(_checked(READERS[kind](path, *units, ignore), path), path, length_unit, mass_unit)
+        mesh = _checked(READERS[kind](path, *units, ignore), path)
+        return _deck(with_integration(mesh, integration), path, length_unit, mass_unit)
     if ignore:
         raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
     if path.suffix.lower() in UNIVERSAL:

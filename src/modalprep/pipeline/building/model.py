@@ -45,6 +45,7 @@ def read_pipeline_mesh(source: Loaded) -> Mesh:
         size=table.size,
         order=table.order,
         dialect=table.dialect,
+        integration=table.integration,
     )
 
 

@@ -30,6 +30,9 @@ class MeshTable(Table):
     dialect: Literal["abaqus", "calculix"] | None = Field(
         None, description="of an .inp deck, where it does not tell itself: some keywords differ"
     )
+    integration: Literal["full", "reduced_stiffness", "reduced"] | None = Field(
+        None, description="of the 20-node hexahedra of a deck; default what the deck says, which a note has"
+    )
     mass: Literal["coupled", "lumped", "nastran"] = Field(
         "coupled",
         description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",

@@ -270,8 +270,10 @@ class SolidTable(Table):
     axes: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
         None, description="e1, and a direction in the plane of e1 and e2, of the material; default those of the mesh"
     )
-    integration: Literal["full", "reduced"] = Field(
-        "full", description="of hexahedra of 20 nodes: 3 x 3 x 3 or 2 x 2 x 2 points, which suit thin curved walls"
+    integration: Literal["full", "reduced_stiffness", "reduced"] | None = Field(
+        None,
+        description="of hexahedra of 20 nodes: 3 x 3 x 3 points, or 2 x 2 x 2 of the stiffness, or of stiffness and "
+        "mass, which suit thin curved walls; default what the mesh file says, else full",
     )
 
     def build(self, materials: Materials) -> Solid:

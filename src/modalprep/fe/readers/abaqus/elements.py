@@ -13,6 +13,7 @@ from modalprep.fe.readers.coverage import Entry, Treatment
 
 MOST = 1_000_000  # elements that one line may make
 SHELL = "The shell is that of theory 7; CalculiX makes solids of shells."
+BY_MASS = "Its mass has the points of its stiffness, as in CalculiX; where the deck proves to be one of Abaqus, more."
 FULL = "The element is integrated fully here."
 
 
@@ -42,9 +43,9 @@ TYPES: dict[str, Type] = {
     "C3D8I": _type("solid", "hexahedron", "C3D8IH?", "Its incompatible modes are those of our hexahedron."),
     "C3D8R": _type("solid", "hexahedron", "C3D8R[HT]?", f"{FULL} It has nine incompatible modes, and no hourglasses."),
     "C3D10": _type("solid", "tetra10", "C3D10(H|T|M|MH|I|HS|R|MT)?"),
-    "C3D15": _type("solid", "wedge15", "C3D15H?"),
+    "C3D15": _type("solid", "wedge15", "C3D15H?", BY_MASS, "read"),
     "C3D20": _type("solid", "hexahedron20", "C3D20[HT]?"),
-    "C3D20R": _type("solid", "hexahedron20", "C3D20R[HT]?", FULL),
+    "C3D20R": _type("solid", "hexahedron20", "C3D20R[HT]?", BY_MASS, "read"),
     "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", SHELL),
     "S4, S4R, S4R5": _type("shell", "quad", "S4R?5?S?W?T?|DS4", SHELL),
     "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", SHELL),
@@ -89,6 +90,7 @@ TYPES: dict[str, Type] = {
         "surface", "quad8", "(CP[SE]|M3D|SFM3D|DC2D)8[RHT]?", "Without a section it is a group of surface cells."
     ),
 }
+REDUCED = re.compile("C3D20R.*|C3D15.*")
 NODES = {"spring": 2, "dashpot": 2}
 COLLAPSED = {  # cells whose corners fall together: which are left, of which cell
     ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
@@ -204,6 +206,8 @@ def place(deck: Deck, row: Row, scope: str, label: int, element: Element, cell: 
     else:
         cells = [(cell, nodes)]
     made = tuple(deck.cell(kind, own) for kind, own in cells)
+    if REDUCED.fullmatch(element.type):
+        deck.put("integration", made[0], 1.0 if deck.spoken.dialect == "abaqus" else 2.0)
     deck.elements[scope, label] = element._replace(cells=made)
 
 

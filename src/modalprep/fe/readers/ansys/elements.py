@@ -61,8 +61,16 @@ def _add_solid(b: Builder, element: Element, kind: str, places: list[int]) -> No
     name = b.group(element, "m", lambda e: Solid(material=b.materials.solid(e, e.material)))
     nodes = b.cell_nodes(element, kind, places, 3)
     row = b.cell(element, kind, nodes, name)
+    if _is_reduced(b, element) and kind in ("hexahedron20", "wedge15"):
+        b.put("integration", kind, row, 1.0 if kind == "hexahedron20" else 2.0)
     if system := b.system(element):
         b.put("frame", kind, row, system.axes_at(b.centre(nodes, b.points)))
+
+
+def _is_reduced(b: Builder, element: Element) -> bool:
+    """Whether the stiffness has 2 x 2 x 2 points: by default of SOLID186, by KEYOPT(11) = 1 of SOLID95."""
+    kind = b.deck.types[element.type]
+    return (kind.name == "186" and kind.options.get(2, 0) == 0) or (kind.name == "95" and kind.options.get(11, 0) == 1)
 
 
 def _shell(b: Builder, element: Element) -> None:
@@ -210,6 +218,10 @@ def _surface(b: Builder, element: Element) -> None:
 OWN = (
     "Ansys' own integration (B-bar, reduced, enhanced strains) differs, so frequencies differ by the error of the mesh."
 )
+FULLY = (
+    "Reduced integration has 2 x 2 x 2 points as in Ansys, with 3 x 3 x 3 of the mass; full integration has 27 points, "
+    "where Ansys takes 14."
+)
 QUADRATIC = "It is read where a quadratic element of its shape exists."
 CONTACT = "Contact is not linear; tie the parts by an interface, or leave the contact out."
 
@@ -221,13 +233,13 @@ ELEMENTS: dict[str, Entry] = {
     "SOLID45": Entry("approximated", OWN, _solid),
     "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", _shell),
     "SOLID92": Entry("read", "", _tetra),
-    "SOLID95": Entry("approximated", OWN, _solid),
+    "SOLID95": Entry("approximated", f"{FULLY} With KEYOPT(11) = 1 it is reduced.", _solid),
     "SURF154": Entry("no effect", "It carries loads; with a foundation or added mass it is refused.", _surface),
     "LINK180": Entry("read", "Tension-only bars act in both directions.", _link),
     "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", _shell),
     "MPC184": Entry("approximated", "Rigid beams and links are read, joints are refused.", _rigid),
     "SOLID185": Entry("approximated", OWN, _solid),
-    "SOLID186": Entry("approximated", OWN, _solid),
+    "SOLID186": Entry("approximated", f"{FULLY} With KEYOPT(2) = 0, the default, it is reduced.", _solid),
     "SOLID187": Entry("read", "", _tetra),
     "BEAM188": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
     "BEAM189": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),

@@ -36,7 +36,7 @@ COMMANDS: dict[str, Entry] = {
     **{name: Entry("read", "", h.attribute) for name in ("TYPE", "MAT", "REAL", "SECNUM", "ESYS")},
     "ET": Entry("read", "", h.element_type),
     "ETBLOCK": Entry("read", "", h.type_block),
-    "KEYOPT": Entry("read", "Options of the integration are not used.", h.option),
+    "KEYOPT": Entry("read", "Of the integration those of SOLID186 and SOLID95 are used.", h.option),
     "MP": Entry("approximated", "Of a polynomial in the temperature the constant is taken.", h.material),
     "MPDATA": Entry("approximated", "Of several temperatures the first is taken.", h.material_data),
     "TB": Entry("approximated", "ELASTIC (isotropic) and ANEL are read, nonlinear tables are left out.", h.table),

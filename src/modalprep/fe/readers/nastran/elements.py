@@ -35,6 +35,8 @@ def _solid(b: Builder, card: Card) -> None:
     kind, nodes = _nodes(b, card, cell, 3)
     row = b.cell(card, kind, nodes, b.section(card, "solid"))
     _put_material_axes(b, card, kind, row, nodes)
+    if kind == "hexahedron20" and _solid_property(b, card, 3) in ("2", "TWO"):
+        b.put("integration", kind, row, 1.0)
 
 
 def _nodes(b: Builder, card: Card, cell: Cell, components: int) -> tuple[str, list[int]]:
@@ -67,8 +69,13 @@ def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[
 
 def _is_fluid(b: Builder, card: Card) -> bool:
     """Whether an element is one of acoustics: its property says so."""
+    return _solid_property(b, card, 6) == "PFLUID"
+
+
+def _solid_property(b: Builder, card: Card, k: int) -> str:
+    """Return a field of the PSOLID of an element, "" without one."""
     section = b.tables.get("solid", {}).get(card.integer(1, "PID", card.id, lowest=1))
-    return section is not None and section.text(6) == "PFLUID"
+    return "" if section is None else section.text(k)
 
 
 def _shell(b: Builder, card: Card) -> None:
