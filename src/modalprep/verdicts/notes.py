@@ -36,6 +36,8 @@ WELL = (
     r"^pictures not drawn: ",
     r"coordinates are kept; they represent at least",
     r"hexahedra of 20 nodes are integrated with ",
+    r"have incompatible modes here, and no hourglasses",
+    r"elements of S4R are shells here",
 )
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -118,6 +118,20 @@ def test_an_ansys_deck_says_it_by_its_options(tmp_path, lines, expected):
     assert integration(mesh) == {expected: 4}
 
 
+def test_elements_that_differ_from_those_of_the_deck_are_told(tmp_path):
+    points, bricks = box("hexahedron", (1, 1, 1))
+    path = tmp_path / "cube.inp"
+    path.write_text(calculix_deck(points, [0, 1, 2], C3D8R=bricks))
+    assert [note for note in mp.read_mesh(path).notes if note.startswith("1 elements of C3D8R have incompatible modes")]
+    shell = "*SHELL SECTION, ELSET=E, MATERIAL=S\n.01\n"
+    path.write_text(calculix_deck(points, [0], section=shell, S4R=bricks[:, :4]))
+    for dialect, count in (("calculix", 1), ("abaqus", 0)):
+        notes = mp.read_mesh(path, dialect=dialect).notes
+        assert sum(note.startswith("1 elements of S4R are shells here") for note in notes) == count
+    cdb = deck(tmp_path, ["ET,1,185", "KEYOPT,1,2,1", *STEEL, *nblock(points), *eblock(*(bricks + 1).tolist())])
+    assert [note for note in mp.read_mesh(cdb).notes if note.startswith("SOLID185 with KEYOPT(2) = 1")]
+
+
 def test_refusals(abaqus, tmp_path):
     with pytest.raises(mp.InputError, match="integration of a deck: 'selective'"):
         mp.read_mesh(abaqus(), integration="selective")

@@ -16,6 +16,7 @@ from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
 from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms, turn_rotation_nodes
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.dialect import spoken
+from modalprep.fe.readers.abaqus.elements import note_others
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
 from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES, WITHOUT_EFFECT
@@ -77,6 +78,7 @@ def read_abaqus(
                     _skip_unread(deck, block)
         _refuse_bare_couplings(deck, blocks)
         _note_bare_points(deck)
+        note_others(deck)
         return _mesh(deck, sha256)
 
 

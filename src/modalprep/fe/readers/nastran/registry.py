@@ -70,6 +70,8 @@ REMARKS = {
     "PBARL": "Area and moments are exact; torsion constant and, but for ROD, shear factors are those of the textbook.",
     "PBEAML": "As PBARL; a taper is linear between its stations; the shear centre is that of Nastran for T, T2 and I.",
     "PBEAM": "A taper is linear between its stations; warping, shear relief and the offset of nsm are left out.",
+    "PSOLID": "IN = 2 is reduced integration of CHEXA with 20 grids; MSC's default, 3 x 3 x 3 points with reduced "
+    "shear, is full integration here. CHEXA with 8 grids has incompatible modes.",
     "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
     "PBUSH": "The K row is read; damping and other rows are left out with a note.",
     "PTUBE": "A taper is replaced by its mean.",
@@ -84,7 +86,7 @@ REMARKS = {
     "CMASS2": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
-APPROXIMATED = {"PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
+APPROXIMATED = {"PSOLID", "PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
 
 QUIET = """
 PLOTEL PLOTEL3 PLOTEL4 FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1
