@@ -37,10 +37,11 @@ class Placed(NamedTuple):
 def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet] = NOTHING) -> Placed:
     """Place the interface frames in the order of the positions `at`, the root first, and every constraint."""
     frames = []
-    links = [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))]
+    ends = [k for k, link in enumerate(mesh.links) if link.kind == "rbe2" and not np.any(dof[link.nodes, 0] >= 0)]
+    links = [_mesh_link(mesh, dof, k) for k in range(len(mesh.links)) if k not in ends]
     extra = len(mesh.points)
     root = next(iter(at))
-    more = []
+    more = [_appendages(mesh, ends)] if ends else []
     for name, position in at.items():
         spec, own = interfaces[name], nodes[name]
         framed = spec.kind != "node"
@@ -84,12 +85,24 @@ def _support(mesh, name, held: SupportSet, root: InterfaceFrame, origin, dof, ri
     return PlacedLink("rbe2", f"support {name!r}", root.dofs, dof[nodes], arm, components, ones, True, axes)
 
 
+def _appendages(mesh: Mesh, ends: list[int]) -> str:
+    """Return the note on rigid links to nodes without elements, which move with the structure and change nothing."""
+    first = _label(mesh, mesh.links[ends[0]].node)
+    return (
+        f"left out: {len(ends)} rigid links to nodes that no element has, the first at node {first}; they carry "
+        "neither mass nor stiffness"
+    )
+
+
+def _label(mesh: Mesh, node: int) -> int:
+    return int(mesh.labels[node]) if node < len(mesh.labels) else node + 1
+
+
 def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
     link = mesh.links[k]
     tied = dof[link.nodes, 0] >= 0
     nodes = link.nodes[tied]
-    label = mesh.labels[link.node] if link.node < len(mesh.labels) else link.node + 1
-    name = f"{link.kind} at node {label}"
+    name = f"{link.kind} at node {_label(mesh, link.node)}"
     if not len(nodes):
         raise InputError(f"{name}: none of its nodes belongs to an element with a property")
     arm = mesh.points[nodes] - mesh.points[link.node]

@@ -211,3 +211,38 @@ def test_grids_on_one_line():
         True,
         False,
     ]
+
+
+APPENDAGE = "GRID,21,,2.,1.,.5\nGRID,22,,2.,1.,1.\nGRID,23,,2.,1.,1.5\n"
+
+
+@pytest.mark.parametrize(
+    "links",
+    [
+        "RBAR,31,6,21,123456\nRBAR,32,21,22,123456\nRBE2,33,22,123456,23\n",
+        "RBE2,33,22,123456,23\nRBAR,32,21,22,123456\nRBAR,31,6,21,123456\n",
+        "RBE2,33,6,123456,21,22,23\n",
+        "RBAR,31,21,22,123456\n",
+    ],
+)
+def test_rigid_links_to_grids_without_elements_change_nothing(read, links):
+    """Grids of a spline or for output, in a chain, in either order, or joined to each other alone."""
+    plain = read(FRAME + TAIL)
+    mesh = read(FRAME + TAIL + APPENDAGE + links)
+    built = model(mesh)
+    assert any("rigid links to nodes that no element has" in note for note in built.notes)
+    np.testing.assert_allclose(frequencies(mesh), frequencies(plain), rtol=1e-9)
+
+
+def test_an_appendage_may_carry_an_interface_and_a_mass(read):
+    """The end of a rigid chain moves rigidly with its grid, as one rigid bar of the whole length."""
+    chain = "RBAR,31,6,21,123456\nRBAR,32,21,22,123456\n"
+    ends = {**ROOT, "end": mp.Interface(node=22, kind="node", boundary="free")}
+    for more in ("", "CONM2,41,22,,3.\n"):
+        found = [
+            mp.craig_bampton(
+                mp.assemble(read(FRAME + TAIL + APPENDAGE + links + more), {}, ends), modes=6, truncation=()
+            ).table.frequency
+            for links in (chain, "RBAR,31,6,22,123456\n")
+        ]
+        np.testing.assert_allclose(*found, rtol=1e-9)

@@ -33,12 +33,14 @@ class Builder(MeshBuilder):
         self.listed = len(grids.points)
         self.scalar_masses: dict[int, tuple[Card, np.ndarray]] = {}  # by row of the grid: first card, six sums
         self.fluid = 0  # elements of the fluid, which are left out
+        self.normal: list[Card] = []  # shells with x of their MCID along the normal
+        self.turned: list[Card] = []  # solids whose grids are numbered left-handed
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
         """Read an element card by its handler; a repeated card with the same content is skipped."""
         known = self.seen.setdefault((card.name, card.id), card)
         if known is not card:
-            if known.fields != card.fields:
+            if not known.same(card):
                 raise card.error(f"another {card.name} in line {known.line} has this id; keep one of the two")
             return
         try:
@@ -83,6 +85,11 @@ class Builder(MeshBuilder):
         """Return the finished mesh."""
         if self.bare and self.has_elements:
             notes.append("the deck has no property cards; its groups have no sections")
+        if self.turned:
+            notes.append(f"{len(self.turned)} solids are numbered left-handed and are turned ({_first(self.turned)})")
+        if self.normal:
+            what = "shells have x of their MCID along the normal: their material has y as its axis 1"
+            notes.append(f"{len(self.normal)} {what} ({_first(self.normal)})")
         if self.fluid:
             notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")
         return Mesh(
@@ -95,6 +102,10 @@ class Builder(MeshBuilder):
             coupled_mass=_coupled(self.tables),
             notes=(*notes, *self.conversion.notes),
         )
+
+
+def _first(cards: list[Card]) -> str:
+    return f"first {cards[0].name} {cards[0].id}, {cards[0].file} line {cards[0].line}"
 
 
 def _coupled(tables: Tables) -> bool:

@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -59,14 +60,26 @@ class Card:
         number = self.text(0) if INTEGER.fullmatch(self.text(0)) else ""
         return InputError(f"{self.file} line {self.line}: {f'{self.name} {number}'.strip()}: {problem}")
 
+    def same(self, other: Card) -> bool:
+        """Whether another card says the same, however its numbers are spelled; of grids a blank is zero.
+
+        Examples
+        --------
+        >>> first = Card("GRID", ["1", "", "1.", "2.5-1"], "a.bdf", 3)
+        >>> first.same(Card("GRID", ["1", "0", "1.0E0", ".25"], "a.bdf", 4))
+        True
+        """
+        blank = "0" if self.name == "GRID" else ""
+        pairs = zip_longest(self.fields, other.fields, fillvalue="")
+        return self.name == other.name and all(_value(a or blank) == _value(b or blank) for a, b in pairs)
+
     def real(self, k: int, what: str, default: float | None = None) -> float:
         """Return field `k` as a number; `default` when blank; with None a blank field is refused."""
         text = self.text(k)
         if not text and default is not None:
             return default
-        match = REAL.fullmatch(text)
-        value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else math.nan
-        if not math.isfinite(value):
+        value = _value(text)
+        if isinstance(value, str) or not math.isfinite(value):
             raise self.error(f"{what} {_came(text)}; give a number such as 1.5-6")
         return value
 
@@ -115,6 +128,12 @@ class Card:
         if not INTEGER.fullmatch(word) or int(word) < 1:
             raise self.error(f"{what} {_came(word)}; give ids, or a range as 1 THRU 9")
         return int(word)
+
+
+def _value(text: str) -> float | str:
+    """Return a field as the number that it is, or as its text."""
+    match = REAL.fullmatch(text)
+    return float(f"{match[1]}e{match[2] or match[3] or 0}") if match else text
 
 
 def _came(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +15,7 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.properties import bush, flange, rod
 
+NORMAL = 1e-6  # sine of the angle to the normal below which an axis has no direction in a shell
 CHORDS = 16  # of the arc of a CBEND
 SHELLS = {card: cell for cell in CELLS.values() for card in cell.nastran if cell.dimension == 2}
 SOLIDS: dict[str, dict[int, Cell]] = {}  # by name of the card and number of grids
@@ -33,6 +35,9 @@ def _solid(b: Builder, card: Card) -> None:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
     cell = kinds[last if count > first else first]
     kind, nodes = _nodes(b, card, cell, 3)
+    if _is_left_handed(b, kind, nodes):
+        b.turned.append(card)
+        nodes = [nodes[k] for k in _mirrored(kind)]
     row = b.cell(card, kind, nodes, b.section(card, "solid"))
     _put_material_axes(b, card, kind, row, nodes)
     if kind == "hexahedron20" and _solid_property(b, card, 3) in ("2", "TWO"):
@@ -51,6 +56,30 @@ def _nodes(b: Builder, card: Card, cell: Cell, components: int) -> tuple[str, li
     if len(own) < cell.count and not any(row is not None for row in found[first:]):
         return cell.shape, own
     return cell.name, own if len(own) == cell.count else b.completed(cell.name, found, b.grids.points, components)
+
+
+def _is_left_handed(b: Builder, kind: str, nodes: list[int]) -> bool:
+    """Whether the edges at every corner of a solid are a left-handed triad; Nastran takes either."""
+    points = b.grids.points[nodes[: len(CELLS[kind].corners)]]
+    triads = _triads(kind)
+    one = points[triads[0]]
+    if np.dot(np.cross(one[1] - one[0], one[2] - one[0]), one[3] - one[0]) >= 0:
+        return False
+    return bool(np.all(np.linalg.det(points[triads[:, 1:]] - points[triads[:, :1]]) < 0))
+
+
+@cache
+def _triads(kind: str) -> np.ndarray:
+    """Return the corners ``(k, 4)`` of a solid where three edges meet, each with the ends of its edges."""
+    return np.array(CELLS[kind].triads())
+
+
+@cache
+def _mirrored(kind: str) -> list[int]:
+    """Return the nodes of a solid in the order of its mirror image, the first two coordinates exchanged."""
+    x = CELLS[kind].node_coordinates()
+    apart = np.linalg.norm(x[:, [1, 0, 2]][:, None] - x, axis=2)
+    return apart.argmin(axis=1).tolist()
 
 
 def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[int]) -> None:
@@ -100,10 +129,22 @@ def _shell(b: Builder, card: Card) -> None:
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
     if card.is_integer(k):
-        centre = b.centre(b.cells[kind][row], b.grids.points)
-        b.put("axis", kind, row, b.grids.system(card, card.integer(k, "MCID", lowest=0)).axes_at(centre)[0])
+        axes = b.grids.system(card, card.integer(k, "MCID", lowest=0)).axes_at(
+            b.centre(b.cells[kind][row], b.grids.points)
+        )
+        b.put("axis", kind, row, _in_plane(b, card, b.cells[kind][row], axes))
     elif angle := card.real(k, "THETA", 0.0):
         b.put("angle", kind, row, math.radians(angle))
+
+
+def _in_plane(b: Builder, card: Card, nodes: list[int], axes: np.ndarray) -> np.ndarray:
+    """Return x of a material's system, or y where x is normal to the shell."""
+    p = b.grids.points[nodes[:4] if len(nodes) in (4, 8, 9) else nodes[:3]]
+    normal = np.cross(p[2] - p[0], p[-1] - p[1])
+    if np.linalg.norm(np.cross(normal, axes[0])) > NORMAL * np.linalg.norm(normal):
+        return axes[0]
+    b.normal.append(card)
+    return axes[1]
 
 
 def _rod(b: Builder, card: Card) -> None:

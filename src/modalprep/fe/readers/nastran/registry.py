@@ -25,7 +25,7 @@ class Table(NamedTuple):
             return
         for entry in _entries(card):
             known = table.setdefault(entry.id, entry)
-            if known.fields != entry.fields or known.name != entry.name:
+            if not known.same(entry):
                 raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
 
 
@@ -99,7 +99,12 @@ CREEP DEFORM BCONP BLSEG BFRIC BSURF BSURFS BCTSET SESET SEBSET SEELT RELEASE EX
 DAMPING = (
     "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC PDAMP PDAMP5 PVISC CBUSH1D PBUSH1D PBUSHT PELAST PDAMPT MATT1 MATS1 MATT8"
 )
-MATRICES = "DMIG DMIAX DMIJ DMIK DMI TF GENEL"
+MATRICES = "DMIG DMIAX TF GENEL"
+AERODYNAMICS = (
+    "DMI DMIJ DMIJI DMIK AERO AEROS AEFACT AELINK AELIST AEPARM AEPRESS AESTAT AESURF AESURFS AECOMP AECOMPL "
+    "CAERO1 CAERO2 CAERO3 CAERO4 CAERO5 PAERO1 PAERO2 PAERO3 PAERO4 PAERO5 SPLINE1 SPLINE2 SPLINE3 SPLINE4 SPLINE5 "
+    "SPLINE6 SPLINE7 MKAERO1 MKAERO2 FLFACT FLUTTER TRIM CSSCHD DIVERG GUST MONPNT1 MONPNT2 MONPNT3 MONDSP1 UXVEC"
+)
 REFUSED = {
     **dict.fromkeys(
         "CGAP CFAST CWELD CSEAM CBEAM3 CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
@@ -141,6 +146,7 @@ def _registry() -> dict[str, Entry]:
     found |= {
         name: Entry("no effect", "Damping and nonlinear laws are left out with a note.") for name in DAMPING.split()
     }
+    found |= {name: Entry("no effect", "Aerodynamics is left out with a note.") for name in AERODYNAMICS.split()}
     found |= _read(LISTS, (Table(name, listed=True) for name in LISTS))
     for family, names in FAMILIES.items():
         found |= _read(names.split(), (Table(family) for _ in names.split()))
