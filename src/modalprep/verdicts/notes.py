@@ -36,6 +36,7 @@ WELL = (
     r"^pictures not drawn: ",
     r"coordinates are kept; they represent at least",
     r"hexahedra of 20 nodes are integrated with ",
+    r"has the integration of its property, ",
     r"have incompatible modes here, and no hourglasses",
     r"elements of S4R are shells here",
 )

@@ -12,6 +12,7 @@ from structured import box, free_dofs, frequencies, random_rotation, rigid_resid
 import modalprep as mp
 from modalprep.body.verify import check_geometric_stiffness
 from modalprep.fe.assembly.stress_recovery import StressPoint, stress_recovery
+from modalprep.fe.elements.solid import SolidBlock
 
 STEEL = mp.Material(E=2.1e11, nu=0.3, rho=7800.0)
 REDUCED = mp.Solid(material=STEEL, integration="reduced")
@@ -125,6 +126,19 @@ def test_stress_of_bending():
     exact = np.zeros_like(stress)
     exact[:, 0] = -STEEL.E * k * (at[:, 1] - 0.05)
     np.testing.assert_allclose(stress, exact, atol=1e-11 * STEEL.E * k * 0.05)
+
+
+def test_stress_of_what_the_points_do_not_see():
+    """None, at every node: motions without stiffness have no strain at the points."""
+    points, cells = box("hexahedron20", (1, 1, 1), (0.3, 0.2, 0.1))
+    points[:, 0] += 0.1 * points[:, 1] * points[:, 2] / 0.02 + 0.2 * points[:, 2]
+    block = SolidBlock.build("hexahedron20", points, cells, REDUCED, {}, np.zeros(3))
+    values, shapes = np.linalg.eigh(block.stiffness()[0])
+    unseen = shapes[:, :12]
+    assert np.abs(values[:12]).max() < 1e-14 * values[-1] < values[12]
+    _, stress = block.nodal_stress(unseen[None])[""]
+    _, seen = block.nodal_stress(shapes[None, :, 12:])[""]
+    assert np.abs(stress).max() < 1e-12 * np.abs(seen).max()
 
 
 # --- identities ---------------------------------------------------------------------------------------------------

@@ -28,10 +28,14 @@ def abaqus(tmp_path):
 
 def integration(mesh, section=None):
     """The integration of each block that is assembled, with the number of its elements."""
+    model = assembled(mesh, section)
+    return {block.integration: len(block.nodes) for block in model.strain_energy.blocks}
+
+
+def assembled(mesh, section):
     group = next(name for name, rows in mesh.groups.items() if "hexahedron20" in rows)
     sections = {} if section is None else {group: section}
-    model = mp.assemble(mesh, sections, {"root": mp.Interface(box=((-1, -1, -1), (1e-6, 1, 1)))})
-    return {block.integration: len(block.nodes) for block in model.strain_energy.blocks}
+    return mp.assemble(mesh, sections, {"root": mp.Interface(box=((-1, -1, -1), (1e-6, 1, 1)))})
 
 
 @pytest.mark.parametrize(
@@ -64,7 +68,11 @@ def test_a_property_of_the_user_keeps_it_or_says_another(abaqus):
     mesh = mp.read_mesh(abaqus())
     steel = mp.Material(E=2.1e11, nu=0.3, rho=7800.0)
     assert integration(mesh, mp.Solid(material=steel)) == {"reduced": 4}
-    assert integration(mesh, mp.Solid(material=steel, integration="full")) == {"full": 4}
+    full = mp.Solid(material=steel, integration="full")
+    assert integration(mesh, full) == {"full": 4}
+    told = "group 'E' has the integration of its property, 'full', where its mesh says another"
+    assert told in assembled(mesh, full).notes
+    assert told not in assembled(mesh, mp.Solid(material=steel)).notes
 
 
 @pytest.mark.parametrize("asked", NAMES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.distribution import MassRule
-from modalprep.fe.elements.solid import REDUCED
+from modalprep.fe.elements.solid import INTEGRATIONS, REDUCED
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
@@ -110,7 +110,7 @@ def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str
     for kind, count in covered.items():
         if np.any(count > 1):
             raise InputError(f"{np.sum(count > 1)} {kind} cells have two properties; give each group its own cells")
-    return parts, _left_out(mesh, covered, boundary)
+    return parts, [*_left_out(mesh, covered, boundary), *_other_integration(parts)]
 
 
 def _kinds(mesh: Mesh, group: str, section: Property) -> list[str]:
@@ -136,6 +136,15 @@ def _of_one_integration(part: Part) -> list[Part]:
     """Split elements whose integration the mesh gives one by one."""
     own = np.nan_to_num(part.data.get("integration", np.zeros(1)))
     return [part] if len(np.unique(own)) == 1 else [part.rows(own == each) for each in np.unique(own)]
+
+
+def _other_integration(parts: list[Part]) -> Iterator[str]:
+    """Say which groups are integrated as their property says, where the mesh says otherwise."""
+    for part in parts:
+        given = part.section.integration if isinstance(part.section, Solid) and part.kind in REDUCED else None
+        own = part.data.get("integration", np.zeros(0))
+        if given and np.any(own != INTEGRATIONS.index(given)):
+            yield f"group {part.group!r} has the integration of its property, {given!r}, where its mesh says another"
 
 
 def _left_out(mesh: Mesh, covered: dict[str, np.ndarray], boundary: set[str]) -> list[str]:
