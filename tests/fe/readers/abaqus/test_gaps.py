@@ -125,3 +125,58 @@ def test_parameters_that_nothing_reads_are_noted(read):
     assert read(text).notes == (
         "left out: 1 parameter LUMPED of *BEAM SECTION (line 8); model them otherwise where they matter",
     )
+
+
+def test_parameters_that_count_later_are_no_note(read):
+    """Those of surfaces and couplings, which are used after all keywords are read, or never."""
+    text = CUBE + STEEL + "*NODE\n9, .5, .5, 2\n*NSET, NSET=t\n5, 6, 7, 8\n*SURFACE, TYPE=NODE, NAME=u\nt\n"
+    text += "*SURFACE, TYPE=NODE, NAME=unused\nt\n*ORIENTATION, NAME=o, SYSTEM=CYLINDRICAL\n-9, 0, 0, -9, 0, 1\n"
+    text += "*COUPLING, CONSTRAINT NAME=c, REF NODE=9, SURFACE=u, ORIENTATION=o\n*KINEMATIC\n2, 3\n"
+    assert read(text).notes == ()
+
+
+# ---------------------------------------------------------------- couplings along axes, and with weights
+
+
+def test_components_of_a_kinematic_coupling_along_a_cylinder(read):
+    """Radii are free: nodes on a circle may move outwards, and follow around and along the axis of the cylinder."""
+    ring = [(1, 0), (0, 1), (-1, 0), (0, -1)]
+    nodes = "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate([(*p, z) for z in (0, 1) for p in ring], 1))
+    text = f"*NODE\n{nodes}9, 0, 0, 1\n*ELEMENT, TYPE=C3D8, ELSET=c\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+    text += "*SOLID SECTION, ELSET=c, MATERIAL=steel\n*NSET, NSET=t\n5, 6, 7, 8\n*SURFACE, TYPE=NODE, NAME=u\nt\n"
+    text += "*ORIENTATION, NAME=o, SYSTEM=CYLINDRICAL\n0, 0, 0, 0, 0, 1\n"
+    text += "*COUPLING, CONSTRAINT NAME=c, REF NODE=9, SURFACE=u, ORIENTATION=o\n*KINEMATIC\n2, 3\n" + STEEL
+    mesh = read(text)
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(node=9, kind="node")})
+    u = model.C @ np.random.default_rng(0).standard_normal(model.C.shape[1])
+    at = model.dof[8]
+    for k, (x, y) in enumerate(ring, 4):
+        apart = u[model.dof[k, :3]] - u[at[:3]] - np.cross(u[at[3:]], mesh.points[k] - mesh.points[8])
+        assert apart @ (-y, x, 0) == pytest.approx(0, abs=1e-12)
+        assert apart[2] == pytest.approx(0, abs=1e-12)
+        assert abs(apart @ (x, y, 0)) > 0.01
+
+
+def test_a_distributing_coupling_has_weights(read):
+    """A force at its node stands in each of its nodes by their weights, 1 to 3, without a moment."""
+    text = CUBE + STEEL + "*NODE\n9, .5, .5, 2\n*ELEMENT, TYPE=DCOUP3D, ELSET=d\n2, 9\n*NSET, NSET=a\n5, 8\n"
+    mesh = read(
+        text
+        + "*DISTRIBUTING COUPLING, ELSET=d\na, 1.\n6, 3.\n7, 3.\n*NSET, NSET=base\n1, 2, 3, 4\n*BOUNDARY\nbase, 1, 3\n"
+    )
+    [link] = mesh.links
+    assert (link.kind, link.node, dict(zip(link.nodes.tolist(), link.weights, strict=True))) == (
+        "rbe3", 8, {4: 1.0, 7: 1.0, 5: 3.0, 6: 3.0},
+    )  # fmt: skip
+    u = displacements(mesh, {(9, 2): 1e6})
+    tops = u[4:8, 2] @ (1, 3, 3, 1) / 8
+    lever = 0.25  # the mean of x is .75 by the weights, and its node stands at .5
+    slope = (u[5, 2] + u[6, 2] - u[4, 2] - u[7, 2]) / 2
+    assert u[8, 2] == pytest.approx(tops - lever * slope, rel=1e-9)
+
+
+@pytest.mark.parametrize("lines", ["9, 1.\n", "a, -1.\n", ""])
+def test_distributing_couplings_that_cannot_be(read, lines):
+    text = CUBE + STEEL + "*NODE\n9, .5, .5, 2\n*ELEMENT, TYPE=DCOUP3D, ELSET=d\n2, 9\n*NSET, NSET=a\n5, 8\n"
+    with pytest.raises(mp.InputError, match="couples no nodes, its own node, or has a weight"):
+        read(text + "*DISTRIBUTING COUPLING, ELSET=d\n" + lines)

@@ -109,11 +109,11 @@ def coupling(deck: Deck, block: Block) -> None:
 
 
 def kinematic(deck: Deck, block: Block) -> None:
-    """``*KINEMATIC``: the nodes follow the reference node rigidly, in some components."""
+    """``*KINEMATIC``: the nodes follow the reference node rigidly, in some components along axes at each of them."""
     node, tied = _coupled(deck, block)
     mask = _mask(block)
-    _refuse_axes(block, mask)
-    deck.links.append(Link(kind="rbe2", node=node, nodes=np.array(tied), components=mask))
+    axes = _axes(deck, block, mask, tied)
+    deck.links.append(Link(kind="rbe2", node=node, nodes=np.array(tied), components=mask, axes=axes))
 
 
 def distributing(deck: Deck, block: Block) -> None:
@@ -124,11 +124,11 @@ def distributing(deck: Deck, block: Block) -> None:
     node, tied = _coupled(deck, block)
     mask = _mask(block)
     mask[:3] = True
-    _refuse_axes(block, mask)
+    axes = _axes(deck, block, mask, [node])
     if block.choice("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         block.refuse(f"has WEIGHTING METHOD={block.options['WEIGHTING METHOD']}; only UNIFORM is read")
     over = _cells(deck, block.owner or block, tied)
-    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask, over=over))
+    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask, over=over, axes=axes))
 
 
 def _cells(deck: Deck, block: Block, tied: list[int]) -> dict[str, np.ndarray]:
@@ -172,10 +172,14 @@ def _mask(block: Block) -> np.ndarray:
     return mask if mask.any() else ~mask
 
 
-def _refuse_axes(block: Block, mask: np.ndarray) -> None:
+def _axes(deck: Deck, block: Block, mask: np.ndarray, nodes: Sequence[int]) -> np.ndarray:
+    """Return the axes ``(k, 3, 3)`` of an ORIENTATION at nodes, none where all or no components of three are held."""
     whole = all(mask[s].all() or not mask[s].any() for s in (slice(3), slice(3, 6)))
-    if block.owner is not None and block.owner.options.get("ORIENTATION") and not whole:
-        block.refuse("holds some components in axes of an ORIENTATION; hold all of them, or use global axes")
+    name = block.owner.options.get("ORIENTATION") if block.owner is not None else None
+    if not name or whole:
+        return np.zeros((0, 3, 3))
+    orientation = deck.named("orientation", block, block.scope, name)
+    return np.array([orientation.axes_at(deck, ("", 0), deck.points[node]) for node in nodes])
 
 
 def kinematic_coupling(deck: Deck, block: Block) -> None:
@@ -186,6 +190,22 @@ def kinematic_coupling(deck: Deck, block: Block) -> None:
         mask = np.zeros(6, dtype=bool)
         mask[components(row, 1) if row.text(1) else range(6)] = True
         _rigid(deck, row, reference[0], nodes, mask)
+
+
+def distributing_coupling(deck: Deck, block: Block) -> None:
+    """``*DISTRIBUTING COUPLING``: the node of an element DCOUP3D follows the mean of nodes with weights."""
+    keys = deck.elements_of(block, block.scope, block.option("ELSET"))
+    if len(keys) != 1 or deck.elements[keys[0]].family != "coupling":
+        block.refuse(f"names {len(keys)} elements, or one that is no DCOUP3D; give the one with the reference node")
+    weights: dict[int, float] = {}
+    for row in block.rows:
+        for node in deck.nodes_of(row, block.scope, row.text(0)):
+            weights[node] = weights.get(node, 0.0) + row.real(1, "a weight", 1.0)
+    [node] = deck.elements[keys[0]].nodes
+    if node in weights or not weights or min(weights.values()) <= 0:
+        block.refuse("couples no nodes, its own node, or has a weight that is not positive; correct its lines")
+    values = np.array(list(weights.values()))
+    deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(list(weights)), weights=values))
 
 
 def rigid_body(deck: Deck, block: Block) -> None:

@@ -81,6 +81,7 @@ TYPES: dict[str, Type] = {
     "DASHPOTA, DASHPOT1, DASHPOT2": _type(
         "dashpot", "", "DASHPOT[A12]", "Damping is given in the pipeline file.", "no effect"
     ),
+    "DCOUP3D": _type("coupling", "", "DCOUP3D", "Its node is that of its *DISTRIBUTING COUPLING.", "read"),
     "R3D3, R3D4, RB3D2": _type("rigid", "", "R3D[34]|RB3D2", "Its nodes are those of its *RIGID BODY.", "read"),
     "CPS3, CPE3, M3D3, SFM3D3": _type(
         "surface", "triangle", "(CP[SE]|M3D|SFM3D|DC2D)3[HT]?", "Without a section it is a group of surface cells."
@@ -157,6 +158,8 @@ def user_element(deck: Deck, block: Block) -> None:
 def _count(known: Type, given: str) -> int:
     if known.family == "rigid":
         return int(given[-1])
+    if known.family == "coupling":
+        return 1
     if known.family == "dashpot":
         return 1 if given == "DASHPOT1" else 2
     return CELLS[known.cell].count

@@ -27,6 +27,7 @@ from modalprep.suggest import suggestion
 ADVICE = "nobody knows whether they carry mass, stiffness or constraints; check the spelling, or model them otherwise"
 BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS"}  # belong to the keyword before
 BOUNDARY = "boundary"  # name of the set of supports, and of their group
+KEPT = {("SURFACE", "TYPE"), ("ORIENTATION", "LOCAL DIRECTIONS")}  # parameters that count where something uses them
 POINTS = ("mass", "rotary inertia", "spring")
 SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
 
@@ -75,17 +76,19 @@ def read_abaqus(
                 entry = stage.get(block.keyword)
                 if entry and entry.handle:
                     entry.handle(deck, block)
-                    _skip_unread(deck, block)
         _refuse_bare_couplings(deck, blocks)
         _note_bare_points(deck)
+        for block in blocks:
+            _skip_unread(deck, block)
         note_others(deck)
         return _mesh(deck, sha256)
 
 
 def _skip_unread(deck: Deck, block: Block) -> None:
     """Note the parameters of a keyword that nothing has asked for, but those without effect on a linear model."""
-    for name in block.options.unread:
-        if name not in WITHOUT_EFFECT:
+    handled = any(stage[block.keyword].handle for stage in STAGES if block.keyword in stage)
+    for name in block.options.unread if handled else ():
+        if name not in WITHOUT_EFFECT and (block.keyword, name) not in KEPT:
             deck.skipped.append((f"parameter {name} of *{block.keyword}", f"line {block.line}"))
 
 

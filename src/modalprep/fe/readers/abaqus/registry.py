@@ -67,6 +67,7 @@ CONSTRAINTS = {
     "KINEMATIC": Entry("read", "", constraints.kinematic),
     "DISTRIBUTING": Entry("read", "Weighted by the area of faces; nodes alike.", constraints.distributing),
     "KINEMATIC COUPLING": Entry("read", "", constraints.kinematic_coupling),
+    "DISTRIBUTING COUPLING": Entry("read", "Of an element DCOUP3D, with weights.", constraints.distributing_coupling),
     "RIGID BODY": Entry(
         "read", "Displacements of CalculiX' ROT NODE are rotations of the reference node.", constraints.rigid_body
     ),
@@ -210,7 +211,6 @@ REFUSED = {
             "CONTACT PROPERTY ASSIGNMENT",
             "CLEARANCE",
             "EMBEDDED ELEMENT",
-            "DISTRIBUTING COUPLING",
             "CYCLIC SYMMETRY MODEL",
             "RELEASE",
             "FASTENER",
