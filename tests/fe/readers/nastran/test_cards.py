@@ -94,13 +94,26 @@ def test_scalar_masses_in_mm_and_t(read):
         ("CMASS2,1,2.,1,1\n", r"CMASS2 1: its mass acts in some directions only.* ignore = \['CMASS2'\]"),
         ("CMASS2,1,2.,1,1,2,1\n", "CMASS2 1: it joins two grids, or none"),
         ("CMASS1,1,2,1,1\n", "CMASS1 1: property 2 is not in the deck; add its PMASS"),
-        ("CMASS4,1,2.,7\n", r"CMASS4 1: It acts on scalar points, .* ignore = \['CMASS4'\]"),
+        ("CMASS4,1,2.,1\n", "CMASS4 1: 1 is a grid, of which it names no component; use CMASS1 or 2"),
+        (
+            "SPOINT,7\nCMASS4,1,2.,7\nMPC,3,7,0,1.,1,1,-1.\n",
+            r"CMASS4 1: it acts on scalar point 7, which MPC 3 .* joins to grids; .* ignore = \['CMASS4'\]",
+        ),
     ],
 )
 def test_scalar_masses_that_no_body_has(read, cards, message):
     with pytest.raises(InputError, match=message):
         read(GOOD + cards)
-    assert "conm2_1" not in read(GOOD + cards, ignore=["CMASS1", "CMASS2", "CMASS4"]).properties
+    assert "conm2_1" not in read(GOOD + cards, ignore=["CMASS1", "CMASS2", "CMASS4", "MPC"]).properties
+
+
+def test_elements_between_scalar_points_are_apart(read):
+    """An oscillator that nothing joins to the structure, with and without SPOINT, has a note and no effect."""
+    alone = "SPOINT,7\nCELAS3,1,2,7,8\nCELAS4,2,1.+3,8\nPELAS,2,1.+3\nCMASS3,3,4,7\nPMASS,4,.5\nCMASS4,4,.5,8\n"
+    mesh = read(GOOD + alone)
+    assert "left out: 4 elements between scalar points, which nothing joins to grids (first CELAS3 1" in mesh.notes[0]
+    plain = read(GOOD)
+    assert (len(mesh.points), mesh.groups.keys()) == (len(plain.points), plain.groups.keys())
 
 
 def test_mass_matrix_of_a_rigid_body_is_that_of_conm2(read):

@@ -33,6 +33,8 @@ class Builder(MeshBuilder):
         self.listed = len(grids.points)
         self.scalar_masses: dict[int, tuple[Card, np.ndarray]] = {}  # by row of the grid: first card, six sums
         self.fluid = 0  # elements of the fluid, which are left out
+        self.places: dict[int, list[tuple[str, str, int]]] = {}  # group, kind and row of the cells of an element
+        self.apart: list[tuple[Card, list[int]]] = []  # elements between scalar points
         self.normal: list[Card] = []  # shells with x of their MCID along the normal
         self.turned: list[Card] = []  # solids whose grids are numbered left-handed
 
@@ -52,7 +54,9 @@ class Builder(MeshBuilder):
         """Append a cell to a group and return its row."""
         if len(set(nodes)) < len(nodes):
             raise card.error("it names a grid twice; give every corner its own grid")
-        return self.append(kind, nodes, group)
+        row = self.append(kind, nodes, group)
+        self.places.setdefault(card.id, []).append((group, kind, row))
+        return row
 
     def section(self, card: Card, family: str, default: int | None = None) -> str:
         """Return the group of the property in field 1 of an element; the property is built once."""
@@ -90,6 +94,9 @@ class Builder(MeshBuilder):
         if self.normal:
             what = "shells have x of their MCID along the normal: their material has y as its axis 1"
             notes.append(f"{len(self.normal)} {what} ({_first(self.normal)})")
+        if self.apart:
+            what = "elements between scalar points, which nothing joins to grids"
+            notes.append(f"left out: {len(self.apart)} {what} ({_first([card for card, _ in self.apart])})")
         if self.fluid:
             notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")
         return Mesh(

@@ -15,7 +15,6 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import BEGIN, Card
 
 LISTS = ("MPC", "MPCADD")
-SELECTS = re.compile(r"^\s*MPC\s*=\s*(\d+)", re.IGNORECASE | re.MULTILINE)
 SINGULAR = 1e-9  # of the independent components of a rigid element, over its size
 ALL = "123456"
 LINE = 1e-6  # of the length of a row of grids
@@ -140,10 +139,24 @@ def add_equations(b: Builder, path: Path) -> None:
     """Add the equations of the set of MPC that the deck's case control selects, or of its only one."""
     cards = list(b.tables.get("MPC", {}).values())
     joined = {card.id: card.numbers(1, "a set", b.grids.ids) for card in b.tables.get("MPCADD", {}).values()}
-    wanted = _selected(b, path, cards, joined)
+    wanted = selected(b, path, "MPC", cards, joined)
     parts = {number for chosen in wanted for number in joined.get(chosen, [chosen])}
-    chosen = _without_definitions(b, [card for card in cards if card.id in parts])
+    chosen = [card for card in cards if card.id in parts]
+    _refuse_joined_points(b, chosen)
+    chosen = _without_definitions(b, chosen)
     b.equations += [_equation(b, card) for card in chosen]
+
+
+def _refuse_joined_points(b: Builder, cards: list[Card]) -> None:
+    """Refuse springs and masses of scalar points that equations join to grids."""
+    joined = {term[0]: card for card in cards for term in _terms(card)}
+    for card, points in b.apart:
+        for point in points:
+            if str(point) in joined:
+                raise card.error(
+                    f"it acts on scalar point {point}, which {place_of(joined[str(point)])} joins to grids; a scalar "
+                    f"point has no position in the body: use springs and masses at grids, or ignore = ['{card.name}']"
+                )
 
 
 def _without_definitions(b: Builder, cards: list[Card]) -> list[Card]:
@@ -166,24 +179,29 @@ def _terms(card: Card) -> Iterator[list[str]]:
             yield [card.text(k), card.text(k + 1), card.text(k + 2)]
 
 
-def _selected(b: Builder, path: Path, cards: list[Card], joined: dict[int, list[int]]) -> list[int]:
+def selected(b: Builder, path: Path, name: str, cards: list[Card], joined: dict[int, list[int]]) -> list[int]:
+    """Return the set of MPC or NSM that the case control selects, or the only one of a deck of bulk data alone."""
     known = list(dict.fromkeys([*joined, *(card.id for card in cards)]))
     if not known:
         return []
     control = _case_control(path)
-    chosen = list(dict.fromkeys(int(number) for number in SELECTS.findall(control or "")))
+    chosen = list(dict.fromkeys(int(number) for number in _numbers_after(name, control or "")))
     if control is None:
         within = {number for numbers in joined.values() for number in numbers}
         chosen = [number for number in known if number not in within]
         if len(chosen) > 1:
             raise cards[0].error(
-                f"of the MPC sets {_list(chosen)} none is selected; write MPC = {chosen[0]} before BEGIN BULK"
+                f"of the {name} sets {_list(chosen)} none is selected; write {name} = {chosen[0]} before BEGIN BULK"
             )
     if not chosen:
-        b.conversion.note(f"MPC sets {_list(known)} are left out, because the case control selects none")
+        b.conversion.note(f"{name} sets {_list(known)} are left out, because the case control selects none")
     if len(chosen) > 1:
-        b.conversion.note(f"subcases select the MPC sets {_list(chosen)}: set {chosen[0]} is used")
+        b.conversion.note(f"subcases select the {name} sets {_list(chosen)}: set {chosen[0]} is used")
     return chosen[:1]
+
+
+def _numbers_after(name: str, control: str) -> list[str]:
+    return re.findall(rf"^\s*{name}\s*=\s*(\d+)", control, re.IGNORECASE | re.MULTILINE)
 
 
 def _list(numbers: list[int]) -> str:
@@ -194,7 +212,8 @@ def _case_control(path: Path) -> str | None:
     """Return what stands before BEGIN BULK; None in a deck of bulk data alone."""
     lines = path.read_text(encoding="latin-1").splitlines()
     start = next((k for k, line in enumerate(lines) if BEGIN.match(line)), None)
-    return None if start is None else "\n".join(line.split("$", 1)[0] for line in lines[:start])
+    text = "\n".join(line.split("$", 1)[0] for line in lines[:start])
+    return text if start is not None and text.strip() else None
 
 
 def _equation(b: Builder, card: Card) -> Equation:

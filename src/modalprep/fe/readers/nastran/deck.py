@@ -17,6 +17,7 @@ from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
+from modalprep.fe.readers.nastran.nonstructural import add_nonstructural_mass
 from modalprep.fe.readers.nastran.points import add_scalar_masses
 from modalprep.fe.readers.nastran.registry import REGISTRY, Table, refuse_surplus, unused
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
@@ -99,6 +100,7 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
         assert handler is not None  # cards that are left out are not structure
         builder.add(card, handler)
     add_scalar_masses(builder)
+    add_nonstructural_mass(builder, path)
     nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     return builder.mesh(path, deck.sha256, notes)

@@ -42,6 +42,15 @@ def _elas(b: Builder, card: Card) -> None:
         b.properties[name] = spring(b.conversion, card, k)
 
 
+def _apart(b: Builder, card: Card) -> None:
+    """CELAS3, CELAS4, CMASS3 and CMASS4: they act on scalar points, which are apart unless an equation joins them."""
+    points = [card.integer(k, "a scalar point", lowest=1) for k in (2, 3) if card.text(k) not in ("", "0")]
+    for point in points:
+        if not b.grids.is_scalar(point) and point in b.grids.row:
+            raise card.error(f"{point} is a grid, of which it names no component; use {card.name[:-1]}1 or 2")
+    b.apart.append((card, points))
+
+
 def _scalar(b: Builder, card: Card, family: str, name: str) -> float:
     """Return the value of a scalar element: its own (CELAS2, CMASS2), or that of its property."""
     if card.name.endswith("2"):
@@ -131,4 +140,5 @@ def add_scalar_masses(b: Builder) -> None:
 HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
     **{"CELAS1": _elas, "CELAS2": _elas, "CONM2": _mass, "CONM1": _conm1},
     **{"CMASS1": _scalar_mass, "CMASS2": _scalar_mass},
+    **dict.fromkeys(("CELAS3", "CELAS4", "CMASS3", "CMASS4"), _apart),
 }

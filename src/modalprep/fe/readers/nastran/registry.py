@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.readers.coverage import Entry
-from modalprep.fe.readers.nastran import constraints, elements, links, points, superelements
+from modalprep.fe.readers.nastran import constraints, elements, links, nonstructural, points, superelements
 from modalprep.fe.readers.nastran.cards import Card
 
 
@@ -62,6 +62,7 @@ LISTS = (
     "SPOINT",
     "SPCADD",
     *constraints.LISTS,
+    *nonstructural.LISTS,
     *links.SUPPORTS,
     *links.NODE_SETS,
 )
@@ -84,6 +85,12 @@ REMARKS = {
     "CSHEAR": "A sheet that keeps 1e-6 of its normal stiffness; F1 and F2 become rods along its edges.",
     "CMASS1": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
     "CMASS2": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
+    "NSML": "The mass of a property is spread over the length or area of its elements with straight edges.",
+    "NSML1": "The mass is spread over the length or area of all elements that it names, with straight edges.",
+    **dict.fromkeys(
+        ("CELAS3", "CELAS4", "CMASS3", "CMASS4"),
+        "On scalar points that nothing joins to grids it is left out with a note; on others it is refused.",
+    ),
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
 APPROXIMATED = {"PSOLID", "PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
@@ -111,11 +118,7 @@ REFUSED = {
         "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
         "This element has no counterpart here.",
     ),
-    **dict.fromkeys(
-        "CELAS3 CELAS4 CMASS3 CMASS4".split(), "It acts on scalar points, which have no position in the body."
-    ),
     **dict.fromkeys("PBCOMP PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
-    **dict.fromkeys("NSM NSM1 NSML NSML1 NSMADD".split(), "Give the further mass on the properties themselves."),
     **dict.fromkeys(MATRICES.split(), "Matrices of a deck are read by [matrices]."),
     **dict.fromkeys(
         "MPCY RJOINT RSPLINE RSSCON RTRPLT RTRPLT1 RBAR1 CYJOIN CYAX".split(),
