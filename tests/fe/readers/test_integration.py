@@ -143,6 +143,10 @@ def test_elements_that_differ_from_those_of_the_deck_are_told(tmp_path):
 def test_refusals(abaqus, tmp_path):
     with pytest.raises(mp.InputError, match="integration of a deck: 'selective'"):
         mp.read_mesh(abaqus(), integration="selective")
+    points, bricks = box("hexahedron", (1, 1, 1))
+    (tmp_path / "cube.inp").write_text(calculix_deck(points, [0, 1, 2], C3D8=bricks))
+    with pytest.raises(mp.InputError, match="'integration' is of hexahedron20 and wedge15 cells; leave it out"):
+        mp.read_mesh(tmp_path / "cube.inp", integration="full")
     (tmp_path / "part.msh").write_text("")
     with pytest.raises(mp.InputError, match="'integration' is for decks; give that of each solid"):
         mp.read_mesh(tmp_path / "part.msh", integration="full")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.errors import InputError
 from modalprep.fe.elements.solid import INTEGRATIONS, REDUCED
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import SolidIntegration
@@ -18,6 +19,11 @@ POINTS = {
 def with_integration(mesh: Mesh, asked: SolidIntegration | None) -> Mesh:
     """Return the mesh of a deck with the integration that is asked for in place of its own, and a note on either.
 
+    Raises
+    ------
+    InputError
+        When it is asked for and no element has a choice.
+
     Examples
     --------
     >>> cells = {"hexahedron20": np.arange(20)[None]}
@@ -27,6 +33,11 @@ def with_integration(mesh: Mesh, asked: SolidIntegration | None) -> Mesh:
     ('1 hexahedra of 20 nodes are integrated with 2 x 2 x 2 points, and their mass too, as the deck says',)
     """
     if asked is not None:
+        if not REDUCED.keys() & mesh.cells.keys():
+            raise InputError(
+                f"mesh {mesh.source} has {', '.join(mesh.cells)} cells, and 'integration' is of "
+                f"{' and '.join(REDUCED)} cells; leave it out"
+            )
         table = {kind: np.full(len(rows), INTEGRATIONS.index(asked)) for kind, rows in mesh.cells.items()}
         own = {kind: rows.astype(float) for kind, rows in table.items() if kind in REDUCED}
         mesh = mesh.with_(data={**mesh.data, "integration": own})
