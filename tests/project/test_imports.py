@@ -40,7 +40,8 @@ LAYERS = {
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
         "kernels.loads", "packing", "elements", "evaluation", "reference", "integration.events", "integration",
-        "results", "preparation", "compilation", "analysis", "starts", "simulate", "free_body", "deploying",
+        "results", "checkpoints", "preparation", "compilation", "analysis", "starts", "simulate", "free_body",
+        "deploying",
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",

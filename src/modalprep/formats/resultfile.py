@@ -19,10 +19,15 @@ from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
 RESULT = "modalprep result"
+EVENTS = "events"  # group of the times of events, s
 
 
-def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:
+def write_result(
+    result: Result, path: str | Path, runs: dict[str, Result] | None = None, *, identity: str = ""
+) -> Path:
     """Write the channels to HDF5: dataset ``time`` and one per channel; further `runs` in groups of their name.
+
+    `identity` is a fingerprint of what the run is of, which `stated_identity` returns.
 
     Returns
     -------
@@ -40,13 +45,15 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
     refuse_other("write_result: the result", Result, result)
     path = Path(path)
     with writing(path) as file:
-        file.attrs.update(format=RESULT, format_version=1, units="SI")
+        file.attrs.update(format=RESULT, format_version=1, units="SI", identity=identity)
         for group, run in {"": result, **(runs or {})}.items():
             target = file.require_group(group) if group else file
             target.attrs.update(status=run.status, message=run.message, notes="\n".join(run.notes), **run.stats)
             target["time"] = run.time
             for name, values in run.channels.items():
                 target[f"channels/{name}"] = values
+            for name, times in run.events.items():
+                target[f"{EVENTS}/{name}"] = times
             if run.state is not None:
                 put_state(target.require_group(GROUP), run.state)
     return path
@@ -59,7 +66,7 @@ def read_result(path: str | Path) -> Result:
     Returns
     -------
     Result
-        With the channels, statistics and last state that were written.
+        With the channels, statistics, times of events and last state that were written.
 
     Raises
     ------
@@ -75,8 +82,27 @@ def read_result(path: str | Path) -> Result:
             message=str(file.attrs["message"]),
             notes=tuple(str(file.attrs.get("notes", "")).splitlines()),
             stats=_stats(file.attrs),
+            events=_events(file),
             state=state_in(file[GROUP]) if GROUP in file else None,
         )
+
+
+def stated_identity(path: str | Path) -> str:
+    """Return the fingerprint that `write_result` was given; empty where there was none.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, damaged or not a result file.
+    """
+    with reading(Path(path), "result file", "simulate again") as file:
+        return str(file.attrs.get("identity", ""))
+
+
+def _events(file: h5py.File) -> dict[str, np.ndarray]:
+    if EVENTS not in file:
+        return {}
+    return {name: _histories(data, data.size) for name, data in file[EVENTS].items()}
 
 
 def _stats(attributes: h5py.AttributeManager) -> dict[str, str | int | float]:

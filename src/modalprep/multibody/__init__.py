@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.analysis.state_space import StateSpace as StateSpace
     from modalprep.multibody.analysis.state_space import frequency_response as frequency_response
     from modalprep.multibody.analysis.system_modes import SystemModes as SystemModes
+    from modalprep.multibody.checkpoints import join_runs as join_runs
     from modalprep.multibody.deploying.simulate import simulate_deployment as simulate_deployment
     from modalprep.multibody.deploying.system import DeployingSystem as DeployingSystem
     from modalprep.multibody.evaluation.coordinates import Coordinates as Coordinates

@@ -7,9 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.multibody.checkpoints import RUNNING, Every, times_from
 from modalprep.multibody.compilation import by_two_processes
-from modalprep.multibody.evaluation.system_state import state_of
+from modalprep.multibody.evaluation.system_state import SystemState, state_of
 from modalprep.multibody.integration.method_selection import METHODS
+from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.integration.step_control import step_control
 from modalprep.multibody.model.events import Event, idle_closures
 from modalprep.multibody.model.functions.survey import survey_width
@@ -17,7 +19,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.momenta import unaudited
 from modalprep.multibody.results.record import Recorder
-from modalprep.multibody.results.result import Result, output_times
+from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
 from modalprep.multibody.starts import Given, started
@@ -45,6 +47,8 @@ def simulate(
     events: Sequence[Event] = (),
     reference: bool = False,
     progress: Callable[[float], None] | None = None,
+    checkpoint: Callable[[Result], None] | None = None,
+    checkpoint_every: float = 60.0,
 ) -> Result:
     """Integrate from the joints' start values, modes at rest, or from another start, to `t_end`.
 
@@ -91,6 +95,11 @@ def simulate(
         Use the slow reference implementation with the explicit method, for comparison.
     progress : callable
         Called with the time every few hundred steps.
+    checkpoint : callable
+        Called with the run so far, every `checkpoint_every` seconds of real time: it can be a start, and `join_runs`
+        puts both parts together.
+    checkpoint_every : float
+        s.
 
     Returns
     -------
@@ -140,7 +149,7 @@ def simulate(
     begin = 0.0 if state is None else state.t
     if not begin < t_end:
         raise InputError(f"simulation t_end = {t_end:g} s is not after its start, which is at {begin:g} s")
-    times = begin + output_times(t_end - begin, output_step)
+    times = times_from(begin, t_end, output_step)
     with by_two_processes(system):
         integration = prepare(
             system,
@@ -157,7 +166,10 @@ def simulate(
             events=events,
         )
         recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
-        outcome = integration.run(recorder.add, progress)
+        keep = None
+        if checkpoint is not None:
+            keep = Every(checkpoint_every, lambda: checkpoint(_so_far(integration, recorder))).call
+        outcome = integration.run(recorder.add, progress, keep)
     loops = integration.loading.loops
     said = [*(loops.notes if loops else ()), *integration.changes.notes()]
     message = "; ".join([outcome.message, *said])
@@ -173,14 +185,23 @@ def simulate(
         *time_notes(system, t_end, shortest_event),
         *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
-    last = state_of(
-        system,
+    return result.with_(state=_state(integration), events=outcome.events, impacts=outcome.impacts, notes=notes)
+
+
+def _so_far(integration: Integration, recorder: Recorder) -> Result:
+    """Return the run so far, at whose end another one can start."""
+    message = f"reached t = {float(integration.steps.clock[0].time):g} s so far"
+    return recorder.result(RUNNING, message, integration.stats()).with_(state=_state(integration))
+
+
+def _state(integration: Integration) -> SystemState:
+    return state_of(
+        integration.system,
         integration.steps.y[:-1].copy(),
-        outcome.t,
-        loops=loops,
+        float(integration.steps.clock[0].time),
+        loops=integration.loading.loops,
         steps=step_control(integration.steps, integration.choice.name),
     )
-    return result.with_(state=last, events=outcome.events, impacts=outcome.impacts, notes=notes)
 
 
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:

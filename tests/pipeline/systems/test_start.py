@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from modalprep.cli import main
-from modalprep.formats.resultfile import read_result
+from modalprep.formats.resultfile import read_result, write_result
 
 PENDULUM = """
 [bodies.bob]
@@ -73,3 +73,34 @@ def test_a_time_without_output_is_refused(simulate):
     code, _, error = simulate('t_end = 1.0\nstart = "output/first/first-run.h5"\nstart_time = 0.3333', "last")
     assert code == 2
     assert "no output at t = 0.3333 s" in error
+
+
+def test_an_interrupted_run_goes_on(simulate, tmp_path, monkeypatch):
+    """One that is killed at its second checkpoint, and then called again."""
+    keys = 't_end = 0.5\nmethod = "explicit"\nmax_step = 2e-5\ncheckpoint = "1e-6 ms"'
+    _, whole, _ = simulate(keys, "whole")
+    count = []
+
+    def write(*args, **options):
+        if len(count) == 2:
+            raise KeyboardInterrupt
+        count.append(0)
+        return write_result(*args, **options)
+
+    with monkeypatch.context() as broken:
+        broken.setattr("modalprep.pipeline.systems.checkpoints.write_result", write)
+        assert simulate(keys)[0] == 130  # as of a shell
+    kept = tmp_path / "output/job/job-checkpoint.h5"
+    assert 0 < read_result(kept).time[-1] < 0.5
+    _, run, _ = simulate(keys)
+    assert not kept.exists()
+    assert np.array_equal(run["hinge.angle"], whole["hinge.angle"])
+    assert run.stats["steps"] == whole.stats["steps"]
+
+
+def test_a_checkpoint_of_another_run_is_not_used(simulate, tmp_path):
+    keys = 't_end = 0.1\ncheckpoint = "1 min"'
+    _, run, _ = simulate(keys)
+    write_result(run, tmp_path / "output/job/job-checkpoint.h5", identity="of another")
+    _, again, _ = simulate(keys)
+    assert np.array_equal(run["hinge.angle"], again["hinge.angle"])

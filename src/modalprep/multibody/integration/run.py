@@ -226,8 +226,15 @@ class Integration:
         self.search.step(t)
         self.watch.stop[0] = self.search.stop
 
-    def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
+    def run(
+        self,
+        record: Record,
+        progress: Callable[[float], None] | None,
+        between_steps: Callable[[], None] | None = None,
+    ) -> Outcome:
         """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
+
+        `between_steps` is called when all outputs so far are recorded, and the run can go on from its state.
 
         Raises
         ------
@@ -238,12 +245,18 @@ class Integration:
         for begin, end in self.loading.stretches:
             self.loading.enter(begin, end)
             self._begin(begin, end)
-            code = self._follow(end, record, progress)
+            code = self._follow(end, record, progress, between_steps)
             if code != driver.REACHED:
                 break
         return self._outcome(code, record)
 
-    def _follow(self, end: float, record: Record, progress: Callable[[float], None] | None) -> int:
+    def _follow(
+        self,
+        end: float,
+        record: Record,
+        progress: Callable[[float], None] | None,
+        between_steps: Callable[[], None] | None,
+    ) -> int:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
             t = self._t
@@ -269,6 +282,9 @@ class Integration:
             refuse_fixed_step(self, self._counted("halved") - halved)
             refuse_noise(self, self._counted("evaluations") - count, moved)
             refuse_endless(self)
+            if code == driver.RUNNING and between_steps:
+                self._sample_all(record)
+                between_steps()
             if code == driver.RUNNING and moved > 0.0 and self._counted("evaluations") > self.choice.review:
                 self._review((self._counted("evaluations") - count) / moved, record, end)
 
@@ -372,10 +388,11 @@ class Integration:
                 self.raise_callback()
         impacts = {name: tuple(found) for name, found in self.changes.impacts.items()}
         return Outcome(
-            status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self._stats(), t
+            status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self.stats(), t
         )
 
-    def _stats(self) -> dict[str, str | int | float]:
+    def stats(self) -> dict[str, str | int | float]:
+        """Return how the run goes, as `Result.stats` has it."""
         counts = {name: self._counted(name) for name in ("steps", "evaluations", "rejected", "halved")}
         ratio = {} if self.choice.ratio is None else {"stiffness_ratio": float(self.choice.ratio)}
         return {"method": self.choice.name} | counts | ratio

@@ -217,7 +217,11 @@ class SimulationTable(Table):
     """Time integration of the system."""
 
     applies: ClassVar = (
-        Rule(("atol", "method", "max_step", "shortest_event", "start"), needs=("variables",), among=("joint",)),
+        Rule(
+            ("atol", "method", "max_step", "shortest_event", "start", "checkpoint"),
+            needs=("variables",),
+            among=("joint",),
+        ),
         Rule(("compare_conventional",), needs=("geometric_stiffness",), among=(True,)),
         Rule(("compare_conventional",), needs=("theory",), among=(None, "consistent", "ruthless")),
     )
@@ -240,6 +244,9 @@ class SimulationTable(Table):
         'coordinates, { "arm.modal" = [...] }',
     )
     start_time: Duration | None = Field(None, ge=0, description="s, of the run in that file; default its end")
+    checkpoint: Duration | None = Field(
+        None, gt=0, description="s of real time between checkpoints, from which an interrupted run goes on"
+    )
     variables: Literal["joint", "momentum", "efficient"] = Field(
         "joint",
         description="of one body in free flight instead: its momenta, or efficient ones with a constant mass matrix",

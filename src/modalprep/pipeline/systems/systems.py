@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from modalprep.atomic import refuse_folder
 from modalprep.errors import InputError
@@ -14,13 +13,11 @@ from modalprep.formats.resultfile import write_csv, write_envelopes, write_resul
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.free_body.flight import simulate_free_system
-from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import audits, body_warnings
 from modalprep.multibody.simulate import simulate
-from modalprep.multibody.starts import Given
 from modalprep.pipeline.building.build import made_bodies
 from modalprep.pipeline.building.sources import (
     mark_source,
@@ -33,6 +30,7 @@ from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.system import SimulationTable, Theory
+from modalprep.pipeline.systems.checkpoints import checkpoint_file, simulate_on
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
 from modalprep.pipeline.systems.start import read_start
@@ -120,10 +118,12 @@ def simulate_pipeline(
     variants = {LABELS[theory]: in_theory(system, theory) for theory in theories}
     events = read_events(pipeline.events)
     runs: dict[str, Result] = {}
-    for label, variant in variants.items():
+    for number, (label, variant) in enumerate(variants.items()):
         with reporter.progress(f"{path.name}: {label}", simulation.t_end, unit="s") as progress:
             start = read_start(simulation, source.folder, variant)
-            runs[label] = _simulate(simulation, events, variant, start, reference, progress)
+            options = {"events": events, "start": start, "reference": reference, "progress": progress}
+            file = checkpoint_file(stem, number)
+            runs[label] = _simulate(simulation, variant, options, file, reporter)
         _report(runs[label], reporter)
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
@@ -169,19 +169,23 @@ def _csv_beside(target: Path) -> Path:
 
 def _simulate(
     table: SimulationTable,
-    events: Sequence[Event],
     system: System | DeployingSystem,
-    start: Given,
-    reference: bool,
-    progress: Callable[[float], None],
+    options: dict[str, Any],
+    file: Path,
+    reporter: Reporter,
 ) -> Result:
+    """Return one run; the options are those of `simulate` beside the table's, `file` is that of its checkpoints."""
     if isinstance(system, DeployingSystem):
-        if reference:
+        if options["reference"]:
             raise InputError("[deployments] have no reference implementation; leave out --reference")
-        return simulate_deployment(system, **table.steps, progress=progress)
+        if table.checkpoint is not None:
+            raise InputError("[simulation] checkpoint: runs with [deployments] have none; leave it out")
+        return simulate_deployment(system, **table.steps, progress=options["progress"])
     if table.variables == "joint":
-        return simulate(system, **table.steps, events=events, start=start, reference=reference, progress=progress)
-    if reference:
+        if table.checkpoint is not None:
+            return simulate_on(system, table.steps | options, file, table.checkpoint, reporter)
+        return simulate(system, **table.steps, **options)
+    if options["reference"]:
         raise InputError(f"variables = {table.variables!r} have no reference implementation; leave out --reference")
     return simulate_free_system(system, **table.model_dump(include={"t_end", "output_step", "rtol", "variables"}))
 
