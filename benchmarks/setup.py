@@ -32,8 +32,8 @@ from chains import arguments, chain, compiled, medians
 
 import modalprep as mp
 from modalprep.multibody.packing.tree import pack
-from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.preparation import prepare
+from modalprep.multibody.results.record import Recorder
 
 OPTIONS = {"method": "auto", "rtol": 1e-5, "atol": 1e-10}
 
