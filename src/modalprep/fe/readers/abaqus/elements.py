@@ -101,8 +101,8 @@ INCOMPATIBLE = (
     "CalculiX' C3D8R has it 69 % low, in two layers 0.5 % high and 8 % low"
 )
 EXPANDED = (
-    "are shells here: a plate of 8 x 4 has its first frequency right to 0.1 %, where CalculiX, which makes C3D8R of them, "
-    "has it 35 % high"
+    "are shells here: a plate of 8 x 4 has its first frequency right to 0.1 %, where CalculiX, which makes C3D8R of "
+    "them, has it 35 % high"
 )
 REDUCED = re.compile("C3D20R.*|C3D15.*")
 NODES = {"spring": 2, "dashpot": 2}
