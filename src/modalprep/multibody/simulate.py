@@ -20,6 +20,7 @@ from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.momenta import unaudited
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result
+from modalprep.multibody.results.ringing import ringing
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
 from modalprep.multibody.starts import Given, started
@@ -181,11 +182,19 @@ def simulate(
         *idle_closures(system, events),
         *integration.change_points.notes(),
         *large_deflections(system.bodies, result.time, modal),
+        *(_ringing(integration, result, modal) if state is None else ()),
         *integration.notes(),
         *time_notes(system, t_end, shortest_event),
         *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
     return result.with_(state=_state(integration), events=outcome.events, impacts=outcome.impacts, notes=notes)
+
+
+def _ringing(integration: Integration, result: Result, modal: dict[str, np.ndarray]) -> tuple[str, ...]:
+    flexible = integration.packed.flexible
+    nx = integration.packed.nx
+    first = {integration.packed.links[i].body or "": integration.first[nx:][u] for i, _, u in flexible}
+    return ringing(integration.system.bodies, result.time, modal, first)
 
 
 def _so_far(integration: Integration, recorder: Recorder) -> Result:

@@ -62,7 +62,9 @@ def vibration(run, channel="arm.modal"):
 
 
 def test_a_run_from_rest_swings_to_twice_the_sag(arm):
-    tip = mp.simulate(hanging(arm), t_end=0.1, output_step=5e-4)["arm.tip.position.y"]
+    run = mp.simulate(hanging(arm), t_end=0.1, output_step=5e-4)
+    tip = run["arm.tip.position.y"]
+    assert "start = 'quasi_static' (what is released), 'equilibrium' or 'steady'" in run.notes[0]
     assert tip.min() == pytest.approx(-2 * SAG, rel=0.03)  # higher modes add two per cent
 
 
@@ -152,6 +154,14 @@ def test_closed_loops_keep_the_lengths_of_their_start_values(arm):
     assert vibration(run) < STILL
     propped = 3 / 8 * LINE * 9.81 * LENGTH  # of a cantilever that is propped at its tip
     assert run["stay.force.y"] == pytest.approx(propped, rel=1e-3)
+
+
+def test_vibrations_that_are_meant_have_no_note(arm):
+    """An arm that is set into motion slowly, and one that a pulse hits while it is in motion."""
+    slow = mp.simulate(spinning(arm, motion=TimeFunction("5*t**3")), t_end=1.0)
+    assert not any("without the deflection" in note for note in slow.notes)
+    still = mp.simulate(hanging(arm).with_(gravity=np.zeros(3)), t_end=0.1)
+    assert not still.notes
 
 
 def test_modal_coordinates_may_be_given(arm):

@@ -66,7 +66,7 @@ class Outcome:
 
 
 class Integration:
-    """One run of a system: arrays, hooks to Python, the step loop.
+    """One run of a system: arrays, hooks to Python, the step loop; `first` has the derivatives of the start.
 
     Parameters
     ----------
@@ -161,6 +161,7 @@ class Integration:
         if is_deflected and self.choice.method == EXPLICIT and not step:
             self._limit_to_stable_steps()
         self._given = steps or {}
+        self.first = np.zeros_like(self.steps.ydot)
 
     def _limit_to_stable_steps(self) -> None:
         """Let steps be no longer than the explicit method is stable: its errors do not tell while nothing vibrates."""
@@ -295,6 +296,7 @@ class Integration:
             self._count["cause"] = status
             raise failure(self, begin)
         if begin == self.loading.stretches[0][0]:
+            self.first = self.steps.ydot.copy()
             go_on(self.steps, self._given, self.choice.name)
             if self.events:
                 self.search.start(begin)
