@@ -13,7 +13,7 @@ import numpy as np
 
 from modalprep.fe.assembly.parts import Part
 from modalprep.fe.elements.distribution import MassRule
-from modalprep.fe.properties.properties import Property, Shell
+from modalprep.fe.properties.properties import Beam, Property, Shell, Solid, Truss
 
 SHARE = 1e-12
 
@@ -52,4 +52,6 @@ def _dense(section: Property, rho: float) -> Property:
     """Return a section whose materials have a density."""
     if isinstance(section, Shell) and section.plies:
         return replace(section, plies=tuple(replace(p, material=replace(p.material, rho=rho)) for p in section.plies))
+    assert isinstance(section, (Beam, Truss, Shell, Solid))  # others have no material
+    assert section.material is not None  # a shell without plies has one
     return replace(section, material=replace(section.material, rho=rho))

@@ -145,5 +145,5 @@ def _axes_of_both(name: str, known: np.ndarray, frame: np.ndarray, own: np.ndarr
 
 def _in_part(components: np.ndarray) -> np.ndarray:
     """Return whether translations and rotations (2,) are held, but not all three."""
-    held = components.reshape(2, 3)
-    return held.any(axis=1) & ~held.all(axis=1)
+    count = np.count_nonzero(components.reshape(2, 3), axis=1)
+    return (count > 0) & (count < 3)

@@ -64,7 +64,7 @@ class Spoken(NamedTuple):
         return self.dialect
 
 
-def spoken(blocks: list[Block], given: str | None) -> Spoken:
+def spoken(blocks: list[Block], given: Dialect | None) -> Spoken:
     """Return the dialect that is given, or that the blocks of a deck prove.
 
     Examples

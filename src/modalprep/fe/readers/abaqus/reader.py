@@ -15,7 +15,7 @@ from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
 from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms, turn_rotation_nodes
 from modalprep.fe.readers.abaqus.deck import Deck
-from modalprep.fe.readers.abaqus.dialect import spoken
+from modalprep.fe.readers.abaqus.dialect import Dialect, spoken
 from modalprep.fe.readers.abaqus.elements import note_others
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
@@ -33,7 +33,7 @@ SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
 
 
 def read_abaqus(
-    path: Path, length: float, mass: float, ignore: Collection[str] = (), dialect: str | None = None
+    path: Path, length: float, mass: float, ignore: Collection[str] = (), dialect: Dialect | None = None
 ) -> Mesh:
     r"""Read an Abaqus or CalculiX deck with its sections, materials, couplings and ties.
 

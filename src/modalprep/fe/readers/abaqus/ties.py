@@ -146,10 +146,8 @@ def _turning(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     normal = np.cross(*tangents)
     normal = normal / np.linalg.norm(normal)
     dual = np.linalg.inv(np.array([*tangents, normal])).T[:2]
-    return sum(
-        slope[:, None, None] * (skew(g) - np.outer(np.cross(normal, g), normal)) / 2
-        for g, slope in zip(dual, slopes.T, strict=True)
-    )
+    turns = [(skew(g) - np.outer(np.cross(normal, g), normal)) / 2 for g in dual]
+    return np.einsum("na,aij->nij", slopes, np.array(turns))
 
 
 def nearest(kind: str, points: np.ndarray, at: np.ndarray) -> Place:
