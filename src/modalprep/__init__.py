@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from modalprep.fe.properties.properties import Truss as Truss
     from modalprep.fe.quality.quality import check_mesh as check_mesh
     from modalprep.fe.readers.read import read_mesh as read_mesh
+    from modalprep.fe.terms.added_mass import AddedMass as AddedMass
+    from modalprep.fe.terms.foundation import Foundation as Foundation
     from modalprep.formats.modalfile import read_body as read_body
     from modalprep.formats.modalfile import write_body as write_body
     from modalprep.formats.resultfile import read_result as read_result

@@ -35,7 +35,7 @@ LAYERS = {
     "fe": (
         "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
         "readers.coverage", "readers.units", "readers.systems", "readers.nastran", "readers.abaqus", "readers.ansys",
-        "readers", "generation", "forms", "assembly", "recovery", "sensitivity", "external",
+        "readers", "generation", "forms", "terms", "assembly", "recovery", "sensitivity", "external",
     ),
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",

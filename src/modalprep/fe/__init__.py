@@ -8,6 +8,7 @@ TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than a
 if TYPE_CHECKING:
     from modalprep.fe.assembly.bases import facet_bases as facet_bases
     from modalprep.fe.assembly.bases import group_bases as group_bases
+    from modalprep.fe.assembly.model import AddedTerm as AddedTerm
     from modalprep.fe.assembly.model import FEModel as FEModel
     from modalprep.fe.assembly.stress_recovery import Stress as Stress
     from modalprep.fe.assembly.stress_recovery import StressPoint as StressPoint
@@ -36,5 +37,6 @@ if TYPE_CHECKING:
     from modalprep.fe.recovery.recover import Recover as Recover
     from modalprep.fe.recovery.recover import model_recovery as model_recovery
     from modalprep.fe.sensitivity.parameters import ModelParameter as ModelParameter
+    from modalprep.fe.terms.term import Term as Term
 else:  # type checkers would take any name
     __getattr__, __dir__, __all__ = lazy(__name__)

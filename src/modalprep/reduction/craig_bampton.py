@@ -97,7 +97,8 @@ def craig_bampton(
         Loads whose static response the basis represents exactly: forces and moments on the free interfaces, the twelve
         inertia loads, user loads.
     loads : {name: (n_dof,) or (n_dof, k)}
-        Nodal loads (`nodal_load`, `interface_load`); their magnitude does not matter.
+        Nodal loads (`nodal_load`, `interface_load`) beside those of the model (``FEModel.loads``); their magnitude
+        does not matter.
     recovery : ModelRecovery or None
         Quantities that `keep` may name; the reduction then has `spans`.
     solver : {"auto", "pardiso", "superlu"}
@@ -132,7 +133,7 @@ def craig_bampton(
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     clamped = clamp(model, solver, algebra)
-    F = _interior_loads(clamped, loads or {})
+    F = _interior_loads(clamped, {**model.loads, **(loads or {})})
     for name in truncation:
         refuse_unknown(name, F, "truncation_vectors: load")
     w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)

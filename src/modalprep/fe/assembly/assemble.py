@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
+from modalprep.fe.assembly.added_terms import AnyTerm, held_by_terms, with_terms
 from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
 from modalprep.fe.assembly.free_faces import with_free_faces
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
@@ -32,7 +33,7 @@ from modalprep.fe.links.constraints import constrain
 from modalprep.fe.links.interface import Connection, Interface, connect, interface_position
 from modalprep.fe.links.support import Support, held_nodes
 from modalprep.fe.mesh.left_out import explained
-from modalprep.fe.mesh.mesh import Mesh, SupportSet, refuse_far_points
+from modalprep.fe.mesh.mesh import Mesh, refuse_far_points
 from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass, impossible_masses
 from modalprep.fe.properties.properties import Property
@@ -50,6 +51,7 @@ def assemble(
     connections: Mapping[str, Connection] | None = None,
     supports: Mapping[str, Support] | None = None,
     mass: Distribution = "coupled",
+    terms: Mapping[str, AnyTerm] | None = None,
 ) -> FEModel:
     """Assemble the finite-element model of a mesh.
 
@@ -70,6 +72,8 @@ def assemble(
     mass : {"coupled", "lumped", "nastran"}
         Consistent mass of the elements; all mass at the nodes; or as MSC Nastran distributes it, lumped unless the
         deck has ``PARAM,COUPMASS,1``.
+    terms : {name: Foundation, AddedMass or fe.Term}
+        What is added to the elements.
 
     Returns
     -------
@@ -103,15 +107,16 @@ def assemble(
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
     sections = {**mesh.properties, **properties}
-    supports = dict(supports or {})
+    supports, terms = dict(supports or {}), dict(terms or {})
     boundary = {spec.group for spec in (*interfaces.values(), *connections.values(), *supports.values()) if spec.group}
     known = {name: section for name, section in sections.items() if name not in connections}
     mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
     parts, notes = find_parts(mesh, sections, boundary)
     held = held_nodes(mesh, supports, _with_dofs(mesh, parts))
-    nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
+    grounded = [*(support.nodes for support in held.values()), held_by_terms(mesh, terms)]
+    nodes = {name: _interface_nodes(mesh, name, interfaces[name], grounded, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
-    refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
+    refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, grounded, order[0]))
     parts, unheld = with_free_faces(with_beam_arms(mesh, with_joined_offsets(mesh, parts)))
     parts, more = _without_unused_inertia(mesh, parts)
     tips = np.array([at[0] for name, at in nodes.items() if interfaces[name].kind == "node"], dtype=int)
@@ -121,7 +126,8 @@ def assemble(
     rule = MassRule(mass, mesh.coupled_mass)
     if sum(spec.boundary == "fixed" for spec in interfaces.values()) > 1:
         parts = with_slight_mass(parts, rule, mesh.points)
-    return _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
+    model = _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
+    return with_terms(model, mesh, terms)
 
 
 def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
@@ -134,24 +140,25 @@ def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
     return np.flatnonzero(found)
 
 
-def _interface_nodes(mesh, name, spec: Interface, held: dict[str, SupportSet], parts, root: bool) -> np.ndarray:
-    """Return the nodes of an interface; one of kind support has those of all supports."""
+def _interface_nodes(mesh, name, spec: Interface, grounded: list[np.ndarray], parts, root: bool) -> np.ndarray:
+    """Return the nodes of an interface; one of kind support has those of all supports and foundations."""
     if spec.kind != "support":
         return spec.nodes(mesh, used_nodes(parts))
-    if not held or not root:
+    held = np.unique(np.concatenate(grounded))
+    if not root:
+        raise InputError(f"interface {name!r} is of kind 'support', which only the root interface can be")
+    if not len(held):
         raise InputError(
-            f"interface {name!r} is of kind 'support', which "
-            + ("needs supports; name what holds the model" if root else "only the root interface can be")
+            f"interface {name!r} is of kind 'support', which needs supports or a foundation; name what holds the model"
         )
-    return np.unique(np.concatenate([support.nodes for support in held.values()]))
+    return held
 
 
-def _tied(mesh: Mesh, interfaces, nodes: dict[str, np.ndarray], held: dict[str, SupportSet], root: str):
-    """Return the node sets that interfaces, links, equations and supports connect."""
+def _tied(mesh: Mesh, interfaces, nodes: dict[str, np.ndarray], held: list[np.ndarray], root: str):
+    """Return the node sets that interfaces, links, equations, supports and foundations connect."""
     framed = [at for name, at in nodes.items() if interfaces[name].kind != "node"]
     links = [np.append(link.nodes, link.node) for link in mesh.links]
-    grounded = [np.concatenate([nodes[root], *(support.nodes for support in held.values())])]
-    return framed + links + [equation.nodes for equation in mesh.equations] + grounded
+    return framed + links + [equation.nodes for equation in mesh.equations] + [np.concatenate([nodes[root], *held])]
 
 
 def _odd_units(mesh: Mesh, parts: list[Part]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -19,6 +20,19 @@ from modalprep.fe.links.interface import InterfaceFrame
 from modalprep.records import Record
 from modalprep.vectors import skew
 from modalprep.verdicts.notes import with_warnings
+
+
+class AddedTerm(NamedTuple):
+    """What a term of a user adds to a model.
+
+    Attributes
+    ----------
+    K, M : (n_dof, n_dof) csr or None
+        Its part of stiffness and mass; None where it adds nothing.
+    """
+
+    K: csr_array | None
+    M: csr_array | None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -65,6 +79,10 @@ class FEModel(Record, Viewed):
         Mass and kinetic energy of the mesh groups; None where the elements are not known.
     elements : Elements or None
         The elements with their properties; None where they are not known.
+    terms : dict of AddedTerm
+        What `Term`, `Foundation` and `AddedMass` add to K and M, by name.
+    loads : {name: (n_dof,)}
+        Nodal loads (N, N m) of the terms that are loads.
     source : dict of str
         Name and hash of the mesh.
     notes : tuple of str
@@ -102,6 +120,8 @@ class FEModel(Record, Viewed):
     strain_energy: StrainEnergy | None = None
     groups: Groups | None = None
     elements: Elements | None = None
+    terms: dict[str, AddedTerm] = field(default_factory=dict)
+    loads: dict[str, np.ndarray] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     scale: float = 1.0

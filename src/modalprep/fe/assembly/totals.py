@@ -74,6 +74,11 @@ class MassTensor:
         pick = [self._translation(c) for c in pair]
         return (total + pick[0].T @ self._scalar @ pick[1]).tocsr()
 
+    def with_pairs(self, pairs: dict[tuple[int, int], csr_array]) -> MassTensor:
+        """Return the tensor with matrices ``{(a, b): (n_dof, n_dof)}``, a <= b, added."""
+        total = {pair: self._pairs[pair] + own if pair in self._pairs else own for pair, own in pairs.items()}
+        return MassTensor(self._dof, self._scalar, self._functions, total, self._n, self.exact)
+
     def project(self, Phi: np.ndarray) -> np.ndarray:
         """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; allocates a third of ``Phi (n_dof, n)``."""
         n = Phi.shape[1]

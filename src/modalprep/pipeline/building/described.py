@@ -207,6 +207,9 @@ def mass_table(model: FEModel, sections: Mapping[str, Property]) -> Table:
         count = ", ".join(f"{number} {kind}" for kind, number in groups.count(name).items())
         mass = groups.mass(name)
         rows.append((name, _family(sections[name]), count, size, mass, percent * mass))
+    for name, term in model.terms.items():
+        mass = 0.0 if term.M is None else float(R[:, 0] @ (term.M @ R[:, 0]))
+        rows.append((name, "foundation" if term.M is None else "added mass", "", 0.0, mass, percent * mass))
     total = sum(row[4] for row in rows)
     assembled = float(R[:, 0] @ (model.M @ R[:, 0]))
     return Table(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.fe.assembly.model import FEModel
@@ -16,7 +17,7 @@ OTHERS = "others"
 
 
 def energy_tables(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Table]:
-    """Return the shares of the groups in the strain and the kinetic energy of each mode, %; none without groups.
+    """Return the shares of groups and added terms in strain and kinetic energy of each mode, %; none without groups.
 
     Each share is relative to ``K / 2`` or to ``(2 pi f)^2 / 2`` times the modal mass, so that sums other than 100 %
     show the error of either energy. Modes of 0 Hz have no strain energy.
@@ -33,12 +34,29 @@ def energy_tables(model: FEModel, reduction: Reduction, body: FlexibleBody) -> l
     """
     if model.groups is None or not body.n or not body.energy:
         return []
-    names = model.groups.names
+    added = model.terms
+    names = [*model.groups.names, *added]
     with np.errstate(divide="ignore", invalid="ignore"):
-        strain = np.where(body.K > 0, model.groups.summed(body.energy) / (body.K / 2), np.nan)
-    kinetic = model.groups.modal_mass(reduction.basis)
+        energy = [
+            model.groups.summed(body.energy),
+            *(quadratic(term.K, reduction.basis) / 2 for term in added.values()),
+        ]
+        strain = np.where(body.K > 0, np.vstack(energy) / (body.K / 2), np.nan)
+    mass = [model.groups.modal_mass(reduction.basis), *(quadratic(term.M, reduction.basis) for term in added.values())]
+    kinetic = np.vstack(mass)
     shares = {"strain": strain, "kinetic": kinetic}
     return [_table(name, names, share, body.frequency) for name, share in shares.items()]
+
+
+def quadratic(A: csr_array | None, Phi: np.ndarray) -> np.ndarray:
+    """Return ``phi^T A phi (n,)`` of each column of ``Phi (n_dof, n)``; zero without a matrix.
+
+    Examples
+    --------
+    >>> quadratic(csr_array(np.diag([1.0, 2.0])), np.array([[1.0], [3.0]]))
+    array([19.])
+    """
+    return np.zeros(Phi.shape[1]) if A is None else np.einsum("ij,ij->j", Phi, A @ Phi)
 
 
 def _table(name: str, groups: Sequence[str], share: np.ndarray, frequency: np.ndarray) -> Table:
@@ -49,7 +67,7 @@ def _table(name: str, groups: Sequence[str], share: np.ndarray, frequency: np.nd
     ]
     columns = ("mode", "Hz", *groups, "sum")
     forms = dict.fromkeys(groups, ".1f") | {"sum": ".4f"}
-    caption = f"{name.capitalize()} energy of each group in % of that of the mode."
+    caption = f"{name.capitalize()} energy of each group and added term in % of that of the mode."
     return Table(name=f"{name}-energy", columns=columns, rows=rows, forms=forms, heat=groups, caption=caption)
 
 

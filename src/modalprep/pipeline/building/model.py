@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.assembly.added_terms import AnyTerm
 from modalprep.fe.assembly.assemble import assemble
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
@@ -19,6 +20,8 @@ from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import read_mesh
 from modalprep.fe.recovery.recover import ModelRecovery, Recover, model_recovery
+from modalprep.fe.terms.added_mass import AddedMass
+from modalprep.fe.terms.foundation import Foundation
 from modalprep.pipeline.building.inputs import matrix_files
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.fe import InterfaceTable, NodeSetTable, StressTable
@@ -74,7 +77,16 @@ def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | No
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
     supports = pipeline_supports(pipeline, mesh)
     assert pipeline.mesh is not None  # the mesh is not of [matrices]
-    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, supports, pipeline.mesh.mass)
+    model = assemble(
+        mesh,
+        sections,
+        interfaces,
+        pipeline.reduction.root,
+        connections,
+        supports,
+        pipeline.mesh.mass,
+        pipeline_terms(pipeline),
+    )
     quality = mesh_quality(mesh, sections, interfaces, connections, supports)
     return model.with_(notes=(*model.notes, *_defects(quality))), quality
 
@@ -121,6 +133,18 @@ def pipeline_supports(pipeline: Pipeline, mesh: Mesh) -> dict[str, Support]:
                 given["axes"] = tuple(map(tuple, given["axes"]))
             supports[name] = Support(**given)
     return supports
+
+
+def pipeline_terms(pipeline: Pipeline) -> dict[str, AnyTerm]:
+    """Return the foundations and added masses of the file."""
+    terms: dict[str, AnyTerm] = {}
+    for name, table in pipeline.foundations.items():
+        with naming(f"[foundations.{name}]"):
+            terms[name] = Foundation(**table.model_dump())
+    for name, table in pipeline.added_masses.items():
+        with naming(f"[added_masses.{name}]"):
+            terms[name] = AddedMass(**table.model_dump())
+    return terms
 
 
 def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:

@@ -7,7 +7,16 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from modalprep.pipeline.schema.base import DeckName, Table, Vector
-from modalprep.pipeline.schema.quantities import Allowable
+from modalprep.pipeline.schema.quantities import (
+    Allowable,
+    Bedding,
+    Density,
+    Length,
+    LineStiffness,
+    MassPerArea,
+    MassPerLength,
+    Three,
+)
 
 
 class MeshTable(Table):
@@ -197,6 +206,31 @@ class SupportTable(NodeSetTable):
 
     def _instead(self) -> tuple[str, ...]:
         return ("set",)
+
+
+class FoundationTable(Table):
+    """Springs under faces or along lines, whose other ends move with the frame of the root interface."""
+
+    group: str = Field(description="mesh group of shells or beams, or of faces or lines on the nodes of other elements")
+    stiffness_per_area: Bedding | Three[Bedding] | None = Field(
+        None, description="of faces, N/m^3: along their normal; or a list along x, y, z of the mesh"
+    )
+    stiffness_per_length: LineStiffness | Three[LineStiffness] | None = Field(
+        None, description="of lines, N/m^2: across them in every direction; or a list along x, y, z of the mesh"
+    )
+
+
+class AddedMassTable(Table):
+    """Mass without stiffness on faces and lines, or fluid of constant depth on faces."""
+
+    group: str = Field(description="mesh group of shells or beams, or of faces or lines on the nodes of other elements")
+    mass_per_area: MassPerArea | None = Field(None, description="of faces, kg/m^2")
+    mass_per_length: MassPerLength | None = Field(None, description="of lines, kg/m")
+    fluid_density: Density | None = Field(
+        None,
+        description="of fluid on faces, kg/m^3, which moves with them along their normal and with the root along them",
+    )
+    depth: Length | None = Field(None, description="of the fluid, m")
 
 
 class ConnectionTable(NodesTable):

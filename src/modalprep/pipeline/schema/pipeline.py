@@ -14,7 +14,9 @@ from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.fe import (
+    AddedMassTable,
     ConnectionTable,
+    FoundationTable,
     InterfaceTable,
     MatricesTable,
     MeshTable,
@@ -57,6 +59,8 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "controls": "control",
     "connections": "connection",
     "supports": "support",
+    "foundations": "foundation",
+    "added_masses": "added mass",
     "loads": "load",
     **{field: noun for field, noun in NOUNS.items()},
     "closures": "closure",
@@ -72,6 +76,8 @@ OF_A_BODY = (
     "connections",
     "interfaces",
     "supports",
+    "foundations",
+    "added_masses",
     "loads",
     "reduction",
     "require",
@@ -147,6 +153,8 @@ class Pipeline(ForceElements):
     connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
     interfaces: dict[str, InterfaceTable] = Field({})
     supports: dict[str, SupportTable] = Field({}, description="what holds the model at its root, by component")
+    foundations: dict[str, FoundationTable] = Field({}, description="springs under faces and along lines")
+    added_masses: dict[str, AddedMassTable] = Field({}, description="mass and fluid on faces and lines")
     stress: dict[str, StressTable] = Field(
         {}, description="points whose stress modes the body has, for histories of a run"
     )
@@ -217,7 +225,8 @@ class Pipeline(ForceElements):
 
     @model_validator(mode="after")
     def _matrices_stand_alone(self) -> Pipeline:
-        for name in ("mesh", "materials", "properties", "connections", "supports"):
+        own = ("mesh", "materials", "properties", "connections", "supports", "foundations", "added_masses")
+        for name in own:
             if self.matrices is not None and getattr(self, name):
                 raise ValueError(
                     f"[{name}] cannot be combined with [matrices], which have the whole structure; leave one out"
@@ -225,9 +234,15 @@ class Pipeline(ForceElements):
         return self
 
     @model_validator(mode="after")
+    def _terms_have_one_name(self) -> Pipeline:
+        for name in set(self.foundations) & set(self.added_masses):
+            raise ValueError(f"{name!r} is under both [foundations] and [added_masses]; rename one")
+        return self
+
+    @model_validator(mode="after")
     def _supplied_body_stands_alone(self) -> Pipeline:
         made_of = ("mesh", "matrices", "materials", "properties", "connections", "interfaces", "supports", "stress")
-        for name in (*made_of, "loads", "reduction"):
+        for name in (*made_of, "foundations", "added_masses", "loads", "reduction"):
             if self.body is not None and name in self.model_fields_set:
                 raise ValueError(f"[{name}] cannot be combined with [body], which is reduced already; leave one out")
         return self
