@@ -55,11 +55,11 @@ def test_mass_that_is_tied_to_the_root_is_held_in_full():
 def test_held_mass_is_stored_and_leaves_with_the_root(tmp_path):
     held = held_mass(cantilever_model())
     body = uniform_beam(modes=3)
-    body = body.with_(modes=body.modes.with_(held=held))
+    body = body.with_(modes=body.modes.with_(held_mass=held))
     again = mp.read_body(mp.write_body(body, tmp_path / "beam.h5"))
-    np.testing.assert_array_equal(again.modes.held, held)
-    assert mp.read_body(mp.write_body(uniform_beam(modes=3), tmp_path / "bare.h5")).modes.held is None
-    assert reroot(body, "tip").modes.held is None
+    np.testing.assert_array_equal(again.modes.held_mass, held)
+    assert mp.read_body(mp.write_body(uniform_beam(modes=3), tmp_path / "bare.h5")).modes.held_mass is None
+    assert reroot(body, "tip").modes.held_mass is None
 
 
 def test_table_knows_which_interfaces_were_held():

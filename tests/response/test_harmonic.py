@@ -183,11 +183,11 @@ def test_mass_that_sits_on_the_held_root_is_not_missing():
     """All modes of two elements have 85 % of the mass across; the rest is at the root, and moves with it exactly."""
     model = cantilever_model(elements=2)
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=12, truncation=()), name="beam")
-    known = body.with_(modes=body.modes.with_(held=held_mass(model)))
+    known = body.with_(modes=body.modes.with_(held_mass=held_mass(model)))
     said = [" ".join(harmonic_response(one, {"base.y": 1.0}, [0.5, 0.7]).notes) for one in (body, known)]
     assert ["of the effective mass for base.y" in notes for notes in said] == [True, False]
     few = mp.flexible_body(model, mp.craig_bampton(model, modes=1, truncation=()), name="beam")
-    few = few.with_(modes=few.modes.with_(held=held_mass(model)))
+    few = few.with_(modes=few.modes.with_(held_mass=held_mass(model)))
     share = 100 * held_mass(model)[1] / body.m
     notes = " ".join(harmonic_response(few, {"base.y": 1.0}, [0.5, 0.6]).notes)
     assert f"of the effective mass for base.y and the held root {share:.1f} %" in notes

@@ -112,9 +112,11 @@ def test_slopes_of_a_test_specification():
     """+3 dB/oct doubles a density in an octave less 0.24 %: 10^0.3."""
     table = Spectrum.with_slopes([20, 80, 500, 2000], ["3 dB/oct", 0.1, 0.1, "-6 dB/oct"])
     assert table.value == pytest.approx([0.1 * 10**-0.6, 0.1, 0.1, 0.1 * 10**-1.2], rel=1e-12)
-    assert table.at(np.array([40.0, 1000.0, 10.0])) == pytest.approx([0.1 * 10**-0.3, 0.1 * 10**-0.6, 0], rel=1e-12)
+    assert table.values_at(np.array([40.0, 1000.0, 10.0])) == pytest.approx(
+        [0.1 * 10**-0.3, 0.1 * 10**-0.6, 0], rel=1e-12
+    )
     jump = Spectrum(frequency=np.array([1.0, 2.0, 2.0, 3.0]), value=np.array([1.0, 1.0, 4.0, 4.0]))
-    assert jump.at(np.array([1.5, 2.0, 2.5, 3.0])).tolist() == [1, 4, 4, 4]
+    assert jump.values_at(np.array([1.5, 2.0, 2.5, 3.0])).tolist() == [1, 4, 4, 4]
 
 
 def test_many_channels_have_peaks_only(body, monkeypatch):

@@ -331,5 +331,7 @@ def _relabelled(body: FlexibleBody, said: dict[str, str]) -> FlexibleBody:
     said = {key: text for key, text in said.items() if text not in (ORIGIN, AXES)}
     kept = {key: text for key, text in body.provenance.items() if key != "origin"}
     total = rigid_mass_matrix(body.m, body.s0, body.E0).diagonal()
-    modes = body.modes.with_(total=total, effective_mass=np.full_like(body.modes.effective_mass, np.nan), held=None)
+    modes = body.modes.with_(
+        total=total, effective_mass=np.full_like(body.modes.effective_mass, np.nan), held_mass=None
+    )
     return body.with_(modes=modes, provenance={**kept, **said})

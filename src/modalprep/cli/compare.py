@@ -85,19 +85,19 @@ def compare(
         print_json(summary.correlation(found, reporter))
 
 
-def _write(found: Correlation, drawn: Scene | None, files: Sequence[Path], reporter: Reporter) -> None:
+def _write(correlation: Correlation, drawn: Scene | None, files: Sequence[Path], reporter: Reporter) -> None:
     """Print the pairs, and write the picture of the MAC, the table and the page."""
     from modalprep.atomic import write_table
     from modalprep.report.correlation.page import write_pairs_page
     from modalprep.report.correlation.pairs import correlation_table, mac_plot
 
     picture, table, page = files
-    correlation_table(found, reporter.console)
-    reporter.wrote(mac_plot(found, picture))
-    rows = found.rows()
+    correlation_table(correlation, reporter.console)
+    reporter.wrote(mac_plot(correlation, picture))
+    rows = correlation.rows()
     if rows:
         reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], table))
-    reporter.wrote(write_pairs_page(found, drawn, page))
+    reporter.wrote(write_pairs_page(correlation, drawn, page))
 
 
 def _pair_of(film: Path | None, pair: int | None) -> int:
@@ -111,10 +111,10 @@ def _pair_of(film: Path | None, pair: int | None) -> int:
     return 1 if pair is None else pair
 
 
-def _drawn(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None) -> Scene | None:
+def _drawn(correlation: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None) -> Scene | None:
     from modalprep.report.correlation.drawn import draw_pairs
 
-    return draw_pairs(found, analysis, cells, test_cells) if len(found.pairs) else None
+    return draw_pairs(correlation, analysis, cells, test_cells) if len(correlation.pairs) else None
 
 
 def _film(film: Path, drawn: Scene | None, pair: int, reporter: Reporter) -> None:

@@ -116,11 +116,11 @@ def _read(path: Path, identity: Mapping[str, str]) -> Ensemble:
     return found
 
 
-def _check(found: Ensemble) -> None:
-    count, times = len(found), len(found.time)
-    rows = [found.end, found.energy_error, found.momentum_error, found.message, found.audit]
-    rows += [*found.cases.values(), *found.events.values()]
-    shapes = [values.shape[:2] for values in found.channels.values()]
+def _check(ensemble: Ensemble) -> None:
+    count, times = len(ensemble), len(ensemble.time)
+    rows = [ensemble.end, ensemble.energy_error, ensemble.momentum_error, ensemble.message, ensemble.audit]
+    rows += [*ensemble.cases.values(), *ensemble.events.values()]
+    shapes = [values.shape[:2] for values in ensemble.channels.values()]
     if any(len(values) != count for values in rows) or any(shape != (count, times) for shape in shapes):
         raise InputError(f"its tables do not have {count} cases and {times} times")
 

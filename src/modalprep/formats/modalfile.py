@@ -150,7 +150,7 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
         rows[name] = getattr(table, name)
     file["modes"] = rows
     file["modes"].attrs["total"] = table.total
-    file["modes"].attrs.update({} if table.held is None else {"held": table.held})
+    file["modes"].attrs.update({} if table.held_mass is None else {"held_mass": table.held_mass})
 
 
 @told
@@ -229,7 +229,7 @@ def _read(file: h5py.File) -> FlexibleBody:
     rows = file["modes"][()]
     said = file["modes"].attrs
     total = np.asarray(said["total"], dtype=float)
-    held = said.get("held")
+    held = said.get("held_mass")
     for name, six in (("total", total), ("held mass", total if held is None else held)):
         if np.shape(six) != (6,) or not np.all(np.isfinite(six)):
             raise InputError(f"the {name} of the modes table is not six numbers")
@@ -256,7 +256,7 @@ def _read(file: h5py.File) -> FlexibleBody:
             total=total,
             kept=rows["kept"].astype(bool),
             reason=tuple(x.decode() for x in rows["reason"]),
-            held=held,
+            held_mass=held,
         ),
         provenance=dict(json.loads(file.attrs["inputs"])),
         **texts,

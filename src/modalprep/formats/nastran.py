@@ -185,9 +185,9 @@ def write_output4(body: FlexibleBody, path: str | Path) -> Path:
     return path
 
 
-def _matrices(whole: Superelement) -> dict[str, np.ndarray]:
-    damping = {"BAAX": whole.D} if np.any(whole.D) else {}
-    return {"KAAX": whole.K, "MAAX": whole.M, **damping}
+def _matrices(superelement: Superelement) -> dict[str, np.ndarray]:
+    damping = {"BAAX": superelement.D} if np.any(superelement.D) else {}
+    return {"KAAX": superelement.K, "MAAX": superelement.M, **damping}
 
 
 def _output4(name: str, matrix: np.ndarray, form: int) -> Iterator[bytes]:
@@ -271,16 +271,16 @@ def _check_numbers(grids: np.ndarray, spoints: np.ndarray) -> None:
         raise InputError(f"Nastran's numbers are 1 to {HIGHEST_ID}, not {numbers.min()} to {numbers.max()}")
 
 
-def _heading(body: FlexibleBody, whole: Superelement, grids: np.ndarray, spoints: np.ndarray) -> Iterator[str]:
+def _heading(body: FlexibleBody, superelement: Superelement, grids: np.ndarray, spoints: np.ndarray) -> Iterator[str]:
     """Describe the file and its use."""
     yield f"$ Body {body.name}: {body.m:.6g} kg, reduced; units m, kg, s, N, rad\n"
-    for grid, k in zip(grids, whole.physical, strict=True):
+    for grid, k in zip(grids, superelement.physical, strict=True):
         yield f"$ GRID {grid}: interface {body.interface_name[k]}\n"
-    for k in set(range(len(body.interface_name))) - set(whole.physical):
+    for k in set(range(len(body.interface_name))) - set(superelement.physical):
         yield f"$ interface {body.interface_name[k]} is not a grid point: the modes do not span its six motions\n"
-    for point, frequency in zip(spoints, whole.frequency, strict=True):
+    for point, frequency in zip(spoints, superelement.frequency, strict=True):
         yield f"$ SPOINT {point}: mode of {frequency:.6g} Hz with these grid points held\n"
-    yield "$ Case control: K2GG = KAAX, M2GG = MAAX" + (", B2GG = BAAX\n" if np.any(whole.D) else "\n")
+    yield "$ Case control: K2GG = KAAX, M2GG = MAAX" + (", B2GG = BAAX\n" if np.any(superelement.D) else "\n")
     yield "$ Positions and matrices are in the body's own frame: to place the body, define a CORD2R\n"
     yield "$ and give its number to each GRID here, as CP and as CD.\n"
 

@@ -170,12 +170,14 @@ def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Syn
     return found
 
 
-def _system_drawn(source: Loaded, found: Synthesised, folder: Path, wanted: str | int, reporter: Reporter) -> Drawn:
+def _system_drawn(
+    source: Loaded, synthesised: Synthesised, folder: Path, wanted: str | int, reporter: Reporter
+) -> Drawn:
     from modalprep.pipeline.building.synthesis import strain_fractions
     from modalprep.pipeline.pictures import counted
     from modalprep.report.synthesis import draw_modes, strain_plot
 
-    name, modes = source.path.stem, found.modes
+    name, modes = source.path.stem, synthesised.modes
     reporter.wrote(strain_plot(modes, strain_fractions(modes), folder / f"{name}-strain-energy.png"))
     try:
         pictures = draw_modes(modes, name, folder, counted(wanted, len(modes.frequency)))

@@ -101,17 +101,17 @@ class Clamped:
         """
         return times(self.model.C, self.static_free(self.model.C.T @ F))
 
-    def static_free(self, f: np.ndarray, held: np.ndarray | None = None) -> np.ndarray:
+    def static_free(self, f: np.ndarray, fixed_response: np.ndarray | None = None) -> np.ndarray:
         """Return `static` among the independent DOFs: displacements ``(n_free, k)`` under ``f (n_free, k)``.
 
-        `held` (n_i, k) are the answers with every fixed interface held, where they are known.
+        `fixed_response` (n_i, k) are the answers with every fixed interface held, where they are known.
         """
         shapes, flexibility, loose = self._released
         if loose.shape[1]:
             f = f - self.M @ (loose @ (loose.T @ f))
-            held = None
+            fixed_response = None
         x = product(shapes, flexibility[:, None] * inner(shapes, f))
-        x[self.i] += self.interior_response(f[self.i]) if held is None else held
+        x[self.i] += self.interior_response(f[self.i]) if fixed_response is None else fixed_response
         return x
 
     def interior_response(self, f: np.ndarray) -> np.ndarray:

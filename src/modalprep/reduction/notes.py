@@ -53,7 +53,7 @@ def more_modes(keep: str | list[int], table: ModeTable, modes: int) -> tuple[str
     )
 
 
-def fewer_modes(found: int, modes: int, kind: str) -> tuple[str, ...]:
+def fewer_modes(count: int, modes: int, kind: str) -> tuple[str, ...]:
     """Report that the model has fewer modes than asked for.
 
     Examples
@@ -61,7 +61,7 @@ def fewer_modes(found: int, modes: int, kind: str) -> tuple[str, ...]:
     >>> fewer_modes(239, 1000, "fixed-interface")
     ('the model has 239 fixed-interface modes only, of the 1000 that were asked for',)
     """
-    return () if found >= modes else (f"the model has {found} {kind} modes only, of the {modes} that were asked for",)
+    return () if count >= modes else (f"the model has {count} {kind} modes only, of the {modes} that were asked for",)
 
 
 def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ class ModeTable(Record, Plotted):
     kept : (n,) bool
     reason : tuple of str, length n
         Reason for keeping or dropping the row.
-    held : (6,) float or None
+    held_mass : (6,) float or None
         Mass (kg) and moments of inertia (kg m^2) about the root interface that stay on the held root, which no mode
         moves (`reduction.basis.held_mass`); None where it was not computed.
 
@@ -63,7 +63,7 @@ class ModeTable(Record, Plotted):
     total: np.ndarray
     kept: np.ndarray
     reason: tuple[str, ...]
-    held: np.ndarray | None = None
+    held_mass: np.ndarray | None = None
 
     def __repr__(self) -> str:
         """Kept and all candidates, and the range of the kept frequencies."""

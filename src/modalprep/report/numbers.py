@@ -51,9 +51,9 @@ def raised(text: str) -> str:
     return EXPONENT.sub(_power, text)
 
 
-def _power(found: re.Match[str]) -> str:
-    base = found[1]
-    power = int(found[2])
+def _power(match: re.Match[str]) -> str:
+    base = match[1]
+    power = int(match[2])
     if not power:
         return base
     tens = f"10{str(power).translate(POWERS)}"

@@ -49,7 +49,7 @@ MEANING = {
     "random": "Power spectral densities",
     "transient": "Histories",
 }
-LEFT = ("channel", "from", "ruled by")  # columns of texts
+LEFT_ALIGNED = ("channel", "from", "ruled by")  # columns of texts
 QUANTITIES = {
     "N": "force",
     "N m": "moment",
@@ -146,7 +146,7 @@ def print_rows(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Con
     """
     table = plain_table()
     for head in heads:
-        table.add_column(head, justify="left" if head in LEFT else "right")
+        table.add_column(head, justify="left" if head in LEFT_ALIGNED else "right")
     for row, fails in zip(rows, bad, strict=True):
         table.add_row(*row, style="red" if fails else None)
     print_table(table, console, indent=2)

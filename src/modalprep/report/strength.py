@@ -59,7 +59,7 @@ def notch_table(name: str, cut: NotchedInput, console: Console) -> None:
     print_rows(NOTCH, notch_rows(cut), console, [False] * len(cut.notches))
 
 
-def fatigue_rows(found: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
+def fatigue_rows(fatigues: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
     """Return cycles, largest amplitude, damage and life of each channel as texts.
 
     Examples
@@ -71,7 +71,7 @@ def fatigue_rows(found: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
     """
     return [
         (name, number(x.cycles), quantity(x.largest, x.unit), _damage(x.damage), _hours(x.life))
-        for name, x in found.items()
+        for name, x in fatigues.items()
     ]
 
 
@@ -85,7 +85,7 @@ def _hours(life: float) -> str:
     return f"{number(life / HOUR, 3)} h" if life < LONGEST * HOUR else "over 10⁶ h"
 
 
-def fatigue_table(name: str, found: Mapping[str, Fatigue], console: Console) -> None:
+def fatigue_table(name: str, fatigues: Mapping[str, Fatigue], console: Console) -> None:
     """Print `fatigue_rows`; what fails is red.
 
     Examples
@@ -95,7 +95,7 @@ def fatigue_table(name: str, found: Mapping[str, Fatigue], console: Console) -> 
     ...
     """
     console.print(Text.assemble("Fatigue ", (name, "bold")))
-    print_rows(FATIGUE, fatigue_rows(found), console, [x.damage >= 1 for x in found.values()])
+    print_rows(FATIGUE, fatigue_rows(fatigues), console, [x.damage >= 1 for x in fatigues.values()])
 
 
 def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path:
@@ -154,7 +154,7 @@ def _shares(cut: NotchedInput) -> tuple[dict[str, np.ndarray], dict[str, np.ndar
     return {name: x / np.where(share > 0, share, 1.0) for name, x in after.items()}, after
 
 
-def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], path: str | Path) -> Path:
+def shock_plot(spectra: Mapping[str, ShockSpectrum], units: Mapping[str, str], path: str | Path) -> Path:
     """Draw the maximax spectra of several channels; `units` are those of the spectra.
 
     Returns
@@ -172,15 +172,15 @@ def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], pat
     """
     figure = Figure(figsize=(9.0, 4.4), layout="constrained")
     axes = figure.add_subplot()
-    for k, (name, one) in enumerate(found.items()):
+    for k, (name, one) in enumerate(spectra.items()):
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
         factor, _ = shown_unit(units[name].replace("²", "^2"))
         axes.plot(one.frequency, factor * one.maximax, linewidth=1.8, label=named(name), **style)
-    first = next(iter(found.values()))
+    first = next(iter(spectra.values()))
     axes.set_xlabel("frequency of the oscillator (Hz)")
     unit = ", ".join(dict.fromkeys(shown_unit(unit.replace("²", "^2"))[1] for unit in units.values()))
     axes.set_ylabel(f"{first.kind.replace('_', ' ')}, Q = {first.Q:g} ({unit})")
-    _logarithmic(axes, first.frequency, "" if len(found) > 1 else next(iter(found)))
+    _logarithmic(axes, first.frequency, "" if len(spectra) > 1 else next(iter(spectra)))
     return save_figure(figure, path)
 
 

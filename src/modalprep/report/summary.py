@@ -59,14 +59,19 @@ def envelopes(simulated: Any) -> list[dict[str, Any]]:
     return plain([row for envelope in simulated.envelopes for row in envelope.worst()])
 
 
-def response(found: Any, cut: Any = None) -> dict[str, Any]:
+def response(results: Any, cut: Any = None) -> dict[str, Any]:
     """Return the kind, the inputs, the notes and the largest peaks of a response, and its notches."""
-    peaks = plain([peak.row() for peak in found.worst()])
+    peaks = plain([peak.row() for peak in results.worst()])
     notches = {} if cut is None else {"notches": [vars(each) for each in cut.notches]}
-    return {"kind": found.kind, "inputs": list(found.inputs), "peaks": peaks, "notes": list(found.notes)} | notches
+    return {
+        "kind": results.kind,
+        "inputs": list(results.inputs),
+        "peaks": peaks,
+        "notes": list(results.notes),
+    } | notches
 
 
-def strength(found: Any) -> dict[str, Any]:
+def strength(results: Any) -> dict[str, Any]:
     """Return the largest values of shock spectra and the damage, by table and channel."""
     shocks = {
         name: {
@@ -77,20 +82,20 @@ def strength(found: Any) -> dict[str, Any]:
             }
             for channel, x in spectra.items()
         }
-        for name, spectra in found.shocks.items()
+        for name, spectra in results.shocks.items()
     }
     keys = ("damage", "cycles", "largest", "method")
     damage = {
         name: {channel: {key: getattr(x, key) for key in keys} for channel, x in parts.items()}
-        for name, parts in found.fatigue.items()
+        for name, parts in results.fatigue.items()
     }
     return {"srs": shocks, "fatigue": damage}
 
 
-def correlation(found: Any, reporter: Any) -> dict[str, Any]:
+def correlation(results: Any, reporter: Any) -> dict[str, Any]:
     """Return the pairs of modes that a comparison found, its notes and files."""
     files = [str(f) for f in reporter.files]
-    return {"pairs": plain(found.rows()), "notes": list(found.notes), "files": files}
+    return {"pairs": plain(results.rows()), "notes": list(results.notes), "files": files}
 
 
 def plain(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -104,12 +109,12 @@ def plain(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{key: None if x != x else x for key, x in row.items()} for row in rows]
 
 
-def ensemble(found: Any) -> dict[str, Any]:
+def ensemble(results: Any) -> dict[str, Any]:
     """Return the counts of the cases of an ensemble by status, and a sentence for each that failed; empty without."""
-    if found is None:
+    if results is None:
         return {}
-    counts = {status: found.status.count(status) for status in dict.fromkeys(("done", *found.status))}
-    return {"cases": len(found), **counts, "notes": list(found.notes), "failures": list(found.failures)}
+    counts = {status: results.status.count(status) for status in dict.fromkeys(("done", *results.status))}
+    return {"cases": len(results), **counts, "notes": list(results.notes), "failures": list(results.failures)}
 
 
 def mode_rows(table: Any) -> list[dict[str, Any]]:
@@ -129,16 +134,16 @@ def mode_rows(table: Any) -> list[dict[str, Any]]:
     ]
 
 
-def quality(mesh: Any, found: Any) -> dict[str, Any]:
+def quality(mesh: Any, results: Any) -> dict[str, Any]:
     """Return statistics and findings of a mesh."""
     return {
         "mesh": mesh.source,
-        "statistics": {kind: _with_units(vars(row)) for kind, row in found.statistics.items()},
-        "free_edges": found.free_edges,
-        "joints": found.joints,
-        "errors": len(found.errors),
-        "warnings": len(found.warnings),
-        "findings": [finding.summary(mesh.labels) for finding in found.findings],
+        "statistics": {kind: _with_units(vars(row)) for kind, row in results.statistics.items()},
+        "free_edges": results.free_edges,
+        "joints": results.joints,
+        "errors": len(results.errors),
+        "warnings": len(results.warnings),
+        "findings": [finding.summary(mesh.labels) for finding in results.findings],
         "notes": list(mesh.notes),
     }
 

@@ -67,7 +67,7 @@ def harmonic_response(
     f = _ascending(np.asarray(frequency, dtype=float))
     equations = modal_equations(body, tuple(spectra), damping, f[-1])
     f = _axis(f, equations, spectra, refine)
-    u = np.stack([x.at(f) for x in spectra.values()], axis=1).astype(complex)
+    u = np.stack([x.values_at(f) for x in spectra.values()], axis=1).astype(complex)
     q = equations.solve(f, u[..., None])
     qdd = -((2 * np.pi * f[:, None, None]) ** 2) * q
     found = Collector(tuple(channels))

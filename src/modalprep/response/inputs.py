@@ -45,7 +45,7 @@ class Spectrum(Record):
 
     Examples
     --------
-    >>> Spectrum(frequency=np.array([10.0, 40.0]), value=np.array([1.0, 4.0])).at(np.array([5.0, 20.0]))
+    >>> Spectrum(frequency=np.array([10.0, 40.0]), value=np.array([1.0, 4.0])).values_at(np.array([5.0, 20.0]))
     array([0., 2.])
     """
 
@@ -101,7 +101,7 @@ class Spectrum(Record):
                 value[k] = value[near] * 10 ** (_slope(level) * octaves / 10)
         return cls(frequency=np.array(frequency, dtype=float), value=value)
 
-    def at(self, f: np.ndarray) -> np.ndarray:
+    def values_at(self, f: np.ndarray) -> np.ndarray:
         """Return the values at frequencies ``f (m,)`` in Hz.
 
         Returns
@@ -154,7 +154,7 @@ class History(Record):
 
     Examples
     --------
-    >>> History(time=np.array([0.0, 1.0]), value=np.array([0.0, 2.0])).at(np.array([0.5, 3.0]))
+    >>> History(time=np.array([0.0, 1.0]), value=np.array([0.0, 2.0])).values_at(np.array([0.5, 3.0]))
     array([1., 0.])
     """
 
@@ -169,7 +169,7 @@ class History(Record):
         if self.time[0] < 0 or np.any(np.diff(self.time) <= 0) or not np.all(np.isfinite(self.value)):
             raise InputError("the times of a history must ascend from 0 or later, and its values be numbers")
 
-    def at(self, t: np.ndarray) -> np.ndarray:
+    def values_at(self, t: np.ndarray) -> np.ndarray:
         """Return the values at times ``t (m,)`` in s.
 
         Returns
@@ -253,7 +253,7 @@ def as_spectra(inputs: Mapping[str, float | Spectrum]) -> dict[str, Spectrum]:
 
     Examples
     --------
-    >>> as_spectra({"base.x": 2.0})["base.x"].at(np.array([7.0]))
+    >>> as_spectra({"base.x": 2.0})["base.x"].values_at(np.array([7.0]))
     array([2.])
     """
     if not inputs:

@@ -193,18 +193,22 @@ def _floors(given: np.ndarray, names: Mapping, max_depth: float | Mapping[str, f
     return given * 10.0 ** (-depths[:, None] / (10 if density else 20))
 
 
-def _notches(found: NotchedInput, ruling: np.ndarray, names: list[str]) -> tuple[Notch, ...]:
-    lowered = found.notched < found.given
-    depth = found.depth
+def _notches(notched: NotchedInput, ruling: np.ndarray, names: list[str]) -> tuple[Notch, ...]:
+    lowered = notched.notched < notched.given
+    depth = notched.depth
     rules = np.where(lowered, ruling, -1)
     edges = np.concatenate([[0], np.flatnonzero(np.diff(rules)) + 1, [len(rules)]])
     notches = []
     for first, after in ((a, b) for a, b in pairwise(edges.tolist()) if lowered[a]):
         k = first + int(np.argmax(depth[first:after]))
-        ends = {"start": found.frequency[first], "end": found.frequency[after - 1], "frequency": found.frequency[k]}
+        ends = {
+            "start": notched.frequency[first],
+            "end": notched.frequency[after - 1],
+            "frequency": notched.frequency[k],
+        }
         numbers = {key: float(value) for key, value in (ends | {"depth": depth[k]}).items()}
         name = names[ruling[k]]
-        over = found.responses[name][k] > found.limits[name][k] * (1 + ABOVE)
+        over = notched.responses[name][k] > notched.limits[name][k] * (1 + ABOVE)
         notches.append(Notch(**numbers, reason=name, limited=bool(over)))
     return tuple(notches)
 

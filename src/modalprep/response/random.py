@@ -77,7 +77,7 @@ def random_response(
     _refuse_undamped(equations, low, high)
     corners = np.concatenate([x.frequency for x in spectra.values() if x.frequency is not None] or [np.zeros(0)])
     f, weight = integration_grid(low, high, corners, *equations.resonances)
-    density = np.stack([x.at(f) for x in spectra.values()], axis=1)
+    density = np.stack([x.values_at(f) for x in spectra.values()], axis=1)
     u = np.sqrt(density)[..., None] * correlation_factor(correlation, len(spectra))
     q = equations.solve(f, u)
     qdd = -((2 * np.pi * f[:, None, None]) ** 2) * q

@@ -108,7 +108,7 @@ def sweep_response(
         values=found.stacked(found.curves, len(f)),
         peaks=tuple(found.peaks),
         inputs=tuple(spectra),
-        input_values=np.stack([x.at(f[rising]) for x in spectra.values()], axis=1),
+        input_values=np.stack([x.values_at(f[rising]) for x in spectra.values()], axis=1),
         steady=found.stacked(found.steady, len(f)),
         notes=tuple(notes),
         chosen=found.chosen,
@@ -152,7 +152,7 @@ def _input(spectra: Mapping[str, Spectrum], clock: Sweep, t: np.ndarray) -> np.n
     """Return ``Im(amplitude exp(i phase))`` of each input (nt, k)."""
     wave = np.exp(1j * clock.phase(t))
     f = clock.frequency(t)
-    return np.stack([np.imag(x.at(f) * wave) for x in spectra.values()], axis=1)
+    return np.stack([np.imag(x.values_at(f) * wave) for x in spectra.values()], axis=1)
 
 
 def _maxima(part: Block, q: np.ndarray, qdd: np.ndarray, u: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -168,7 +168,7 @@ def _steady(
     at, ratio = equations.resonances
     peaks = at[(at > f[0]) & (at < f[-1]) & (ratio > 0)]
     every = np.concatenate([f, peaks])
-    u = np.stack([x.at(every) for x in spectra.values()], axis=1).astype(complex)[..., None]
+    u = np.stack([x.values_at(every) for x in spectra.values()], axis=1).astype(complex)[..., None]
     q = equations.solve(every, u)
     qdd = -((2 * np.pi * every[:, None, None]) ** 2) * q
     curves, top = [], []

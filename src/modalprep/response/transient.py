@@ -80,7 +80,7 @@ def transient_response(
     end = duration or max(float(x.time[-1]) for x in inputs.values())
     h = step or _step(inputs, end, body)
     t = h * np.arange(_count(end, h) + 1)
-    u = np.stack([x.at(t) for x in inputs.values()], axis=1)
+    u = np.stack([x.values_at(t) for x in inputs.values()], axis=1)
     q, _, qdd = Integrator(equations).run(h, u)
     found = Collector(tuple(channels))
     for block in body_blocks(body, equations):

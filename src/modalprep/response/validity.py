@@ -83,7 +83,7 @@ def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float
         axis = DIRECTIONS.index(name.removeprefix(f"{BASE}."))
         moved = b @ (equations.M * b)
         total = totals(body)[axis]
-        held = 0.0 if body.modes.held is None else body.modes.held[axis]
+        held = 0.0 if body.modes.held_mass is None else body.modes.held_mass[axis]
         if total > 0 and moved + held < SHOWN * total:
             effect = np.inf if top is None else _of_rigid_rest(body, axis, total - moved - held, top) / total
             right = f", which changes the force there by {100 * effect:.1f} % of a rigid body's at most"

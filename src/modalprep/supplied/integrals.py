@@ -108,10 +108,10 @@ def moments(rigid: Rigid, S: np.ndarray, C: np.ndarray, strain: np.ndarray) -> M
     return Moments(H, _mass_tensor(first), turn)
 
 
-def _affordable(strain: np.ndarray, whole: np.ndarray) -> np.ndarray:
+def _affordable(strain: np.ndarray, total: np.ndarray) -> np.ndarray:
     """Return the strain (3, 3, n) with no more kinetic energy than the rigid part leaves to any combination."""
     n = strain.shape[-1]
-    left, V = np.linalg.eigh(np.eye(n) - np.einsum("ari,arj->ij", whole, whole))
+    left, V = np.linalg.eigh(np.eye(n) - np.einsum("ari,arj->ij", total, total))
     root = np.sqrt(np.where(left > SPENT, left, 0.0))
     inverse = np.divide(1.0, root, out=np.zeros(n), where=root > 0)
     U, share, Wt = np.linalg.svd(strain.reshape(9, n) @ (V * inverse), full_matrices=False)

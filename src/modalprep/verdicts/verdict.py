@@ -146,7 +146,7 @@ class Verdict:
         return {"word": self.word, "requirements": rows, "warnings": list(self.warnings)}
 
 
-def read_verdict(found: Mapping[str, Any]) -> Verdict:
+def read_verdict(table: Mapping[str, Any]) -> Verdict:
     """Return the verdict that `Verdict.summary` wrote.
 
     Examples
@@ -154,4 +154,4 @@ def read_verdict(found: Mapping[str, Any]) -> Verdict:
     >>> read_verdict(Verdict((), ("its mass is implausible",)).summary()).word
     'PASS WITH WARNINGS'
     """
-    return Verdict.of((Requirement(**row) for row in found["requirements"]), found["warnings"])
+    return Verdict.of((Requirement(**row) for row in table["requirements"]), table["warnings"])

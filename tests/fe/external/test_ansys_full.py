@@ -68,7 +68,7 @@ def test_what_is_written_is_read(written, order):
     matrices = read_matrices(**written(order=order))
     np.testing.assert_array_equal(matrices.K.toarray(), K.toarray())
     np.testing.assert_array_equal(matrices.M.toarray(), M.toarray())
-    assert matrices.held == ""
+    assert matrices.supported == ""
 
 
 def test_held_equations_are_left_out(written):

@@ -80,7 +80,7 @@ def test_what_each_key_becomes(folder):
     _, jet = system.loads
     assert jet.flow_points == ("rocket.nose", "rocket.base")
     assert (jet.thrust(0.5), jet.thrust(2.0), jet.thrust(8.0)) == pytest.approx((103.0, 28.0, 0.0), rel=1e-12)
-    at = system.at(3.0).bodies["rocket"]
+    at = system.with_masses_at(3.0).bodies["rocket"]
     np.testing.assert_allclose(at.s0[0], (1 * 5.0 + 2 * 4.0) / 3)  # a third of the way from 8 kg to 5 kg
 
 

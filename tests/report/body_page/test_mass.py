@@ -54,7 +54,7 @@ def test_parts_of_the_mass_sum_up_to_the_body():
     """Modes, what the root holds and what was left out; with all modes of the mesh nothing is left out."""
     model = cantilever_model()
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=60, truncation=()), name="beam")
-    body = body.with_(modes=body.modes.with_(held=held_mass(model)))
+    body = body.with_(modes=body.modes.with_(held_mass=held_mass(model)))
     table = mass_balance(body)
     parts = {row[0]: np.array(row[1:]) for row in table.rows}
     np.testing.assert_allclose(sum(parts.values()), table.total[1:], rtol=1e-5)

@@ -18,10 +18,10 @@ def missing_mass(body: FlexibleBody) -> tuple[str, ...]:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> beam = uniform_beam(modes=2)
-    >>> missing_mass(beam.with_(modes=beam.modes.with_(held=np.zeros(6))))[0][:57]
+    >>> missing_mass(beam.with_(modes=beam.modes.with_(held_mass=np.zeros(6))))[0][:57]
     'the modes have 0 % of the mass that can move in x, 61 % i'
     """
-    held = body.modes.held
+    held = body.modes.held_mass
     if held is None or not (body.at_root and body.normalised and body.n):
         return ()
     moving = np.maximum(body.m - held[:3], 0.0)

@@ -34,15 +34,15 @@ class Placed(NamedTuple):
         return np.concatenate([frame.dofs for frame in self.frames])
 
 
-def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet] = NOTHING) -> Placed:
-    """Place the interface frames in the order of the positions `at`, the root first, and every constraint."""
+def place(mesh: Mesh, interfaces, nodes, positions, dof, supports: Mapping[str, SupportSet] = NOTHING) -> Placed:
+    """Place the interface frames in the order of the `positions`, the root first, and every constraint."""
     frames = []
     ends = [k for k, link in enumerate(mesh.links) if link.kind == "rbe2" and not np.any(dof[link.nodes, 0] >= 0)]
     links = [_mesh_link(mesh, dof, k) for k in range(len(mesh.links)) if k not in ends]
     extra = len(mesh.points)
-    root = next(iter(at))
+    root = next(iter(positions))
     more = [_appendages(mesh, ends)] if ends else []
-    for name, position in at.items():
+    for name, position in positions.items():
         spec, own = interfaces[name], nodes[name]
         framed = spec.kind != "node"
         frame = dof[extra if framed else own[0]]
@@ -61,23 +61,23 @@ def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet]
             )
         boundary = "fixed" if name == root else spec.boundary
         frames.append(
-            InterfaceFrame(name=name, position=position - at[root], dofs=frame, nodes=tied, boundary=boundary)
+            InterfaceFrame(name=name, position=position - positions[root], dofs=frame, nodes=tied, boundary=boundary)
         )
     rigid = nodes[root] if interfaces[root].kind in ("node", "rbe2") else np.zeros(0, dtype=int)
-    links += [_support(mesh, name, of, frames[0], at[root], dof, rigid) for name, of in held.items()]
+    links += [_support(mesh, name, of, frames[0], positions[root], dof, rigid) for name, of in supports.items()]
     for frame in frames:
         if interfaces[frame.name].kind == "node":
             _make_independent(links, frame.dofs)
     _refuse_shared(frames, links)
-    equations, notes = place_equations(mesh, dof, frames[0].dofs, at[root])
+    equations, notes = place_equations(mesh, dof, frames[0].dofs, positions[root])
     return Placed(tuple(frames), links, equations, (*more, *notes))
 
 
-def _support(mesh, name, held: SupportSet, root: InterfaceFrame, origin, dof, rigid: np.ndarray) -> PlacedLink:
+def _support(mesh, name, support: SupportSet, root: InterfaceFrame, origin, dof, rigid: np.ndarray) -> PlacedLink:
     """Return the link from the root to the nodes of a support, without those that the root holds rigidly itself."""
-    other = ~np.isin(held.nodes, rigid)
-    nodes, axes = held.nodes[other], held.axes[other]
-    components = held.components[other]
+    other = ~np.isin(support.nodes, rigid)
+    nodes, axes = support.nodes[other], support.axes[other]
+    components = support.components[other]
     if np.any(components) and not np.any((dof[nodes] >= 0) & components) and np.all(other):
         raise InputError(f"support {name!r} holds nothing: its nodes have none of its components; name others")
     ones = np.ones(len(nodes))

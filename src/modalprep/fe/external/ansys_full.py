@@ -53,15 +53,15 @@ class _Records:
         if not self.order:
             raise ValueError("no standard header")
 
-    def read(self, at: int) -> tuple[np.ndarray, int]:
+    def read(self, where: int) -> tuple[np.ndarray, int]:
         """Return the numbers of the record at a word and the word behind it."""
-        count, flags = struct.unpack_from(f"{self.order}iI", self.content, 4 * at)
-        end = 4 * (at + 2 + count)
+        count, flags = struct.unpack_from(f"{self.order}iI", self.content, 4 * where)
+        end = 4 * (where + 2 + count)
         if count < 0 or flags & PACKED or struct.unpack_from(f"{self.order}i", self.content, end) != (count,):
             raise ValueError("a record is damaged or compressed")
         size = (4 if flags & INTEGER else 8) // (2 if flags & SHORT else 1)
         kind = f"{self.order}{'i' if flags & INTEGER else 'f'}{size}"
-        return np.frombuffer(self.content[4 * (at + 2) : end], dtype=kind), at + 3 + count
+        return np.frombuffer(self.content[4 * (where + 2) : end], dtype=kind), where + 3 + count
 
 
 def _matrices(records: _Records, path: Path) -> Found:
@@ -82,17 +82,18 @@ def _matrices(records: _Records, path: Path) -> Found:
     free = state[:n] >= 0
     K, M = (_matrix(records, _pointer(header, word), n) for word in (STIFFNESS_AT, MASS_AT))
     K, M = (Labelled(A[free][:, free].tocsr(), rows[free]) for A in (K, M))
-    return Found({"K": K, "M": M}, held=_supports(rows[~free], path))
+    return Found({"K": K, "M": M}, supported=_supports(rows[~free], path))
 
 
-def _supports(held: np.ndarray, path: Path) -> str:
+def _supports(fixed_dofs: np.ndarray, path: Path) -> str:
     """Return why the matrices are those of a supported structure, by the (node, component) of the held DOFs."""
-    if not len(held):
+    if not len(fixed_dofs):
         return ""
-    node, component = held[0]
+    node, component = fixed_dofs[0]
     return (
-        f"matrix file {path} leaves out {len(held)} DOFs that supports hold, the first {COMPONENTS[component]} of node "
-        f"{node}: write it without supports (DDELE,ALL), and give these nodes as interfaces"
+        f"matrix file {path} leaves out {len(fixed_dofs)} DOFs that supports hold, the first "
+        f"{COMPONENTS[component]} of node {node}: write it without supports (DDELE,ALL), and give these nodes as "
+        "interfaces"
     )
 
 
@@ -136,12 +137,12 @@ def _rows(nodes: np.ndarray, of_node: np.ndarray, components: np.ndarray, n: int
     return np.stack([np.repeat(nodes, of_node), components[np.arange(n) - first]], axis=1)
 
 
-def _matrix(records: _Records, at: int, n: int) -> csr_array:
+def _matrix(records: _Records, where: int, n: int) -> csr_array:
     """Read the columns and the values of one half of each row in turn."""
     columns, values = [], []
     for _ in range(n):
-        found, at = records.read(at)
-        numbers, at = records.read(at)
+        found, where = records.read(where)
+        numbers, where = records.read(where)
         if len(found) != len(numbers):
             raise ValueError("a row is damaged")
         columns.append(found)

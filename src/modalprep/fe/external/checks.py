@@ -73,15 +73,15 @@ def real_square(A, name: str) -> csr_array:
     return A
 
 
-def symmetric(A: csr_array, name: str, at: Callable[[int], str]) -> csr_array:
+def symmetric(A: csr_array, name: str, where: Callable[[int], str]) -> csr_array:
     """Return the symmetric part of a matrix that is symmetric and may be positive semidefinite."""
     off = abs(A - A.T).tocoo()
     if off.nnz and off.data.max() > SYMMETRY * abs(A).max():
         k = np.argmax(off.data)
         one = " (it holds one triangle only)" if triu(A, 1).nnz == 0 or triu(A.T, 1).nnz == 0 else ""
         raise InputError(
-            f"the {name} matrix is not symmetric{one}: {A[off.row[k], off.col[k]]:.6g} for {at(off.row[k])} and "
-            f"{at(off.col[k])}, {A[off.col[k], off.row[k]]:.6g} the other way round; export both triangles of a "
+            f"the {name} matrix is not symmetric{one}: {A[off.row[k], off.col[k]]:.6g} for {where(off.row[k])} and "
+            f"{where(off.col[k])}, {A[off.col[k], off.row[k]]:.6g} the other way round; export both triangles of a "
             "symmetric matrix"
         )
     A = ((A + A.T) / 2).tocsr()
@@ -90,21 +90,21 @@ def symmetric(A: csr_array, name: str, at: Callable[[int], str]) -> csr_array:
         k = int(np.argmin(diagonal))
         raise InputError(
             f"the {name} matrix has {np.sum(diagonal < 0)} negative diagonal entries, the lowest {diagonal[k]:.6g} for "
-            f"{at(k)}; export it again"
+            f"{where(k)}; export it again"
         )
-    _refuse_indefinite(A.tocoo(), diagonal, name, at)
+    _refuse_indefinite(A.tocoo(), diagonal, name, where)
     return A
 
 
-def _refuse_indefinite(A, diagonal: np.ndarray, name: str, at: Callable[[int], str]) -> None:
+def _refuse_indefinite(A, diagonal: np.ndarray, name: str, where: Callable[[int], str]) -> None:
     """``a_ij^2 <= a_ii a_jj`` holds for every entry of a positive semidefinite matrix."""
     allowed = np.sqrt(diagonal[A.row]) * np.sqrt(diagonal[A.col])
     excess = np.abs(A.data) - (1 + INDEFINITE) * allowed - np.finfo(float).eps * diagonal.max(initial=0.0)
     if np.any(excess > 0):
         k = int(np.argmax(excess))
         raise InputError(
-            f"the {name} matrix is not positive: {A.data[k]:.6g} couples {at(A.row[k])} and {at(A.col[k])}, whose own "
-            f"entries are {diagonal[A.row[k]]:.6g} and {diagonal[A.col[k]]:.6g}; export it again"
+            f"the {name} matrix is not positive: {A.data[k]:.6g} couples {where(A.row[k])} and {where(A.col[k])}, "
+            f"whose own entries are {diagonal[A.row[k]]:.6g} and {diagonal[A.col[k]]:.6g}; export it again"
         )
 
 
@@ -124,7 +124,7 @@ def refuse_unequal_mass(G: np.ndarray, m: float, s0: np.ndarray, size: float) ->
         )
 
 
-def refuse_strain(K: csr_array, R: np.ndarray, at: Callable[[int], str]) -> None:
+def refuse_strain(K: csr_array, R: np.ndarray, where: Callable[[int], str]) -> None:
     """Refuse a stiffness that resists the rigid motions ``R (n, 6)``."""
     terms = abs(K) @ np.abs(R)
     moved = np.abs(K @ R) / np.maximum(terms, max(NOISE * terms.max(), np.finfo(float).tiny))
@@ -132,7 +132,7 @@ def refuse_strain(K: csr_array, R: np.ndarray, at: Callable[[int], str]) -> None
         k, c = (int(x) for x in np.unravel_index(np.argmax(moved), moved.shape))
         what = f"{('translation along', 'rotation about')[c // 3]} {'xyz'[c % 3]}"
         raise InputError(
-            f"the stiffness matrix resists a rigid {what} (most at {at(k)}, {moved.max():.1e} of its terms): "
+            f"the stiffness matrix resists a rigid {what} (most at {where(k)}, {moved.max():.1e} of its terms): "
             "it has supports, it or the nodes have fewer than ten digits, its rows are in another order, or the nodes "
             "in another unit; export the unsupported structure in global axes, or say which row is which DOF"
         )

@@ -28,7 +28,7 @@ class Found:
     matrices: dict[str, Labelled]
     nodes: Mesh | None = None
     dof: Any = field(default=None)
-    held: str = ""  # why the matrices are those of a supported structure
+    supported: str = ""  # why the matrices are those of a supported structure
 
 
 def labelled(row: np.ndarray, column: np.ndarray, values: np.ndarray) -> Labelled:
@@ -96,9 +96,9 @@ def together(first: Labelled, second: Labelled) -> tuple[csr_array, csr_array, n
     return *(_spread(A.matrix, part, len(rows)) for A, part in zip((first, second), parts, strict=True)), rows
 
 
-def _spread(A: csr_array, at: np.ndarray, n: int) -> csr_array:
+def _spread(A: csr_array, where: np.ndarray, n: int) -> csr_array:
     entries = A.tocoo()
-    return coo_array((entries.data, (at[entries.row], at[entries.col])), shape=(n, n)).tocsr()
+    return coo_array((entries.data, (where[entries.row], where[entries.col])), shape=(n, n)).tocsr()
 
 
 def cloud(

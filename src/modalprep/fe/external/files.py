@@ -50,7 +50,7 @@ class Matrices(Mesh):
         As `model_from_matrices` takes it.
     units : (str, str or None)
         Of length and mass.
-    held : str
+    supported : str
         Why the matrices are those of a supported structure; empty when they are not known to be.
     """
 
@@ -58,12 +58,12 @@ class Matrices(Mesh):
     M: csr_array
     dof: Any
     units: tuple[str, str | None]
-    held: str = ""
+    supported: str = ""
 
     def model(self, interfaces: Mapping[str, Interface], root: str | None = None) -> FEModel:
         """Return the model, as `model_from_matrices` does; refuse a structure that is known to be supported."""
-        if self.held:
-            raise InputError(self.held)
+        if self.supported:
+            raise InputError(self.supported)
         return model_from_matrices(
             self.K,
             self.M,
@@ -155,7 +155,7 @@ def read_matrices(
         M=M,
         dof=found.dof if rows is None else _pairs(rows, mesh),
         units=(length_unit, mass_unit),
-        held=found.held,
+        supported=found.supported,
     )
 
 
@@ -188,13 +188,13 @@ def _read(path: Path) -> Found:
     )
 
 
-def pick(found: Found, name: str, path: Path) -> Labelled:
+def pick(matrices: Found, name: str, path: Path) -> Labelled:
     """Return the only matrix of a file, or the only one whose name begins with k or m."""
-    chosen = [A for key, A in found.matrices.items() if key.lower().startswith((FIRST[name], name))]
-    if len(found.matrices) == 1:
-        chosen = list(found.matrices.values())
+    chosen = [A for key, A in matrices.matrices.items() if key.lower().startswith((FIRST[name], name))]
+    if len(matrices.matrices) == 1:
+        chosen = list(matrices.matrices.values())
     if len(chosen) != 1:
-        listed = ", ".join(found.matrices) or "none"
+        listed = ", ".join(matrices.matrices) or "none"
         raise InputError(
             f"matrix file {path} holds the matrices {listed}: which is the {name} cannot be told; give it one whose "
             f"name begins with {FIRST[name].upper()}, or a file of its own"

@@ -66,6 +66,6 @@ def _array(numbers: np.ndarray, symmetric: bool) -> csr_array:
     return csr_array(A + np.tril(A, -1).T)
 
 
-def _refuse_missing(found: int, wanted: int) -> None:
-    if found != wanted:
-        raise ValueError(f"{found} numbers instead of {wanted}")
+def _refuse_missing(count: int, wanted: int) -> None:
+    if count != wanted:
+        raise ValueError(f"{count} numbers instead of {wanted}")

@@ -148,13 +148,13 @@ def _concave(skin: Skin, cylinder: Cylinder, rows: np.ndarray) -> bool:
     return bool((skin.area[rows] * np.einsum("ij,ij->i", radial, skin.normals[rows])).sum() < 0)
 
 
-def _merged(skin: Skin, found: list[tuple[Cylinder, np.ndarray, bool]]) -> Iterator[Opening]:
+def _merged(skin: Skin, openings: list[tuple[Cylinder, np.ndarray, bool]]) -> Iterator[Opening]:
     """Yield the full cylinders, of faces with one axis and radius together."""
-    while found:
-        first, _, hole = found[0]
+    while openings:
+        first, _, hole = openings[0]
         slack = SLACK * first.radius
-        same = [one for one in found if one[2] == hole and first.coaxial(one[0], slack)]
-        found = [one for one in found if not any(one is other for other in same)]
+        same = [one for one in openings if one[2] == hole and first.coaxial(one[0], slack)]
+        openings = [one for one in openings if not any(one is other for other in same)]
         rows = np.concatenate([one[1] for one in same])
         cylinder = (_cylinder_of_faces(skin, rows) or (first, rows))[0]
         nodes = skin.nodes(rows)

@@ -88,8 +88,8 @@ def oblique(components: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return turned & np.any(parts.any(axis=2) & ~parts.all(axis=2), axis=1)
 
 
-def _best(held: np.ndarray) -> np.ndarray:
+def _best(fixed: np.ndarray) -> np.ndarray:
     """Columns that determine the rows ``(m, 3)`` best: QR with pivoting."""
     from scipy.linalg import qr
 
-    return np.sort(qr(held, mode="r", pivoting=True)[1][: len(held)])
+    return np.sort(qr(fixed, mode="r", pivoting=True)[1][: len(fixed)])

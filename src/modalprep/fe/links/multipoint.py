@@ -187,38 +187,38 @@ class PlacedLink:
             [self.dofs[:, 3 * i : 3 * i + 3].ravel() for i in range(len(own))]
         )
 
-    def geometric_stiffness(self, held: np.ndarray) -> Iterator[Turning]:
+    def geometric_stiffness(self, reaction: np.ndarray) -> Iterator[Turning]:
         """Yield the work of the link's forces on its second-order motion, of each of k states.
 
-        `held (n_dof, k)` is the force that holds each DOF, with the forces that it transfers to others. The force of an
+        `reaction (n_dof, k)` is the force that holds each DOF, with those that it transfers to others. The force of an
         rbe3 acts on an arm, because the mean of a rotated node set rotates about its centroid; the moment does work on
         the second order of the mean rotation (`_mean_rotation`).
         """
         if self.kind == "rbe2":
-            force = self._forces(held)
+            force = self._forces(reaction)
             K = link_geometric_stiffness(force, self.arm)
             yield Turning(self.frame[3:], K, np.zeros((len(force), 3, 0)), self.frame[:0])
             return
-        force, moment = np.split(self._wrench(held), 2, axis=1)
+        force, moment = np.split(self._wrench(reaction), 2, axis=1)
         place = self.mean.places(self.arm)
         w = self.mean.weight
         centroid = w @ place
         yield from self._mean_rotation(place - centroid, force, moment - np.cross(centroid, force), centroid)
 
-    def _forces(self, held: np.ndarray) -> np.ndarray:
+    def _forces(self, reaction: np.ndarray) -> np.ndarray:
         """Forces (k, m, 3) that hold the nodes of an rbe2, along the components that follow."""
-        force = np.where(self._straight[:, :3], np.moveaxis(held[self.dofs[:, :3]], 2, 0), 0.0)
+        force = np.where(self._straight[:, :3], np.moveaxis(reaction[self.dofs[:, :3]], 2, 0), 0.0)
         for node, follows in self._oblique.items():
-            force[:, node] = held[self.dofs[node, follows.place]].T @ follows.W[:, :3]
+            force[:, node] = reaction[self.dofs[node, follows.place]].T @ follows.W[:, :3]
         return force
 
-    def _wrench(self, held: np.ndarray) -> np.ndarray:
+    def _wrench(self, reaction: np.ndarray) -> np.ndarray:
         """Force and moment (k, 6) of an rbe3 frame on its nodes, about the frame, by what holds the dependent DOFs."""
         if not self.keeps_frame:
-            return -held[self.frame[self._frame.place]].T @ self._frame.W
+            return -reaction[self.frame[self._frame.place]].T @ self._frame.W
         G, nodal = self.average()
         chosen = _independent_columns(G)
-        return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]]).T
+        return np.linalg.solve(G[:, chosen].T, reaction[nodal[chosen]]).T
 
     def move_dependent(self, d: np.ndarray) -> None:
         """Set the dependent ones of the finite displacements ``d (n_dof,)``, rotation vectors at nodes."""

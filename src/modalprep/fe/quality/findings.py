@@ -184,7 +184,7 @@ class Checked:
     links: list[np.ndarray]
     shapes: dict[str, Shape]
 
-    def of_cells(self, kind: str, severity: Severity, chosen: Mapping[str, np.ndarray], text: str, **more: Any):
+    def of_cells(self, kind: str, severity: Severity, chosen: Mapping[str, np.ndarray], text: str, **details: Any):
         """Return the finding about the chosen rows of ``cells``, or None when there are none.
 
         ``{what}``, ``{are}`` and ``{at}`` in the text become the number of cells, the verb, and the first place.
@@ -198,7 +198,7 @@ class Checked:
         kinds = ", ".join(f"{len(rows)} {k}" for k, rows in chosen.items())
         what = f"{kinds} {plural('cell', count)}" if len(chosen) == 1 else f"{count} cells ({kinds})"
         cells = {k: self.rows[k][rows] for k, rows in chosen.items()}
-        return _finding(kind, severity, text, place, {"count": count, "cells": cells} | more, what)
+        return _finding(kind, severity, text, place, {"count": count, "cells": cells} | details, what)
 
     def of_edges(self, kind: str, ends: np.ndarray, chosen: Mapping[str, np.ndarray], text: str):
         """Return the warning about the edges ``ends (k, 2)`` of the chosen cells as `of_cells`."""
@@ -209,13 +209,13 @@ class Checked:
         values = {"count": len(ends), "cells": cells, "nodes": np.unique(ends), "edges": ends}
         return _finding(kind, "warning", text, self.mesh.points[ends[0]].mean(axis=0), values, what)
 
-    def of_nodes(self, kind: str, severity: Severity, nodes: np.ndarray, text: str, **more: Any):
+    def of_nodes(self, kind: str, severity: Severity, nodes: np.ndarray, text: str, **details: Any):
         """Return the finding about these nodes as `of_cells`, or None when there are none."""
         if not len(nodes):
             return None
         what = f"{len(nodes)} {plural('node', len(nodes))}"
         return _finding(
-            kind, severity, text, self.mesh.points[nodes[0]], {"count": len(nodes), "nodes": nodes} | more, what
+            kind, severity, text, self.mesh.points[nodes[0]], {"count": len(nodes), "nodes": nodes} | details, what
         )
 
 

@@ -93,7 +93,7 @@ def _own_nodes(blocks: list[Block]) -> Mesh | None:
 
 def _reduced(
     name: str,
-    found: Found,
+    matrices: Found,
     path: Path,
     mesh: Mesh,
     names: dict[int, str],
@@ -101,7 +101,7 @@ def _reduced(
     units: Units,
 ) -> FlexibleBody:
     """Return the body of labelled matrices; rows of nodes without a place are generalised coordinates."""
-    K, M, rows = together(pick(found, "stiffness", path), pick(found, "mass", path))
+    K, M, rows = together(pick(matrices, "stiffness", path), pick(matrices, "mass", path))
     if rows is None:
         raise InputError(BARE)
     if len(rows) > MOST:
@@ -118,7 +118,7 @@ def _reduced(
     said = [names.get(int(number), f"node_{number}") for number in used]
     chosen = (interfaces or {}).items()
     own = {key: [names.get(k, f"node_{k}") for k in nodes] for key, nodes in chosen} or None
-    damping = _damping(found, rows)
+    damping = _damping(matrices, rows)
     return body_from_reduced(
         name, K.toarray(), M.toarray(), place, dof=table, names=said, interfaces=own, damping=damping, **units
     )
@@ -129,9 +129,9 @@ def _few(numbers: np.ndarray) -> str:
     return ", ".join(some) + (" ..." if len(np.unique(numbers)) > len(some) else "")
 
 
-def _damping(found: Found, rows: np.ndarray) -> np.ndarray | None:
+def _damping(matrices: Found, rows: np.ndarray) -> np.ndarray | None:
     """Return the viscous damping over the rows, of a matrix whose name begins with B."""
-    given = [A for key, A in found.matrices.items() if key.lower().startswith(("b", "viscous"))]
+    given = [A for key, A in matrices.matrices.items() if key.lower().startswith(("b", "viscous"))]
     if len(given) != 1 or given[0].rows is None:
         return None
     known = {tuple(row): k for k, row in enumerate(rows.tolist())}

@@ -100,7 +100,7 @@ def _moments(file: Contents) -> Moments:
         _refuse_contradiction("J.M1", centrifugal(H), "Oe.M0", blocks["Oe"].M0.T)
     if planar:
         E0 = _in_plane(m, s0, E0)
-        H = _flat(H, S, s0 / m)
+        H = _planar_least(H, S, s0 / m)
         F = _without_normal(F)
     return Moments(E0, S, H, F, even(_first(blocks["Ct"], n).transpose(2, 0, 1)), planar)
 
@@ -136,7 +136,7 @@ def _in_plane(m: float, s0: np.ndarray, E0: np.ndarray) -> np.ndarray:
     return np.diag([about, about, 0.0]) / 2 + np.outer(s0, s0) / m
 
 
-def _flat(H: np.ndarray, S: np.ndarray, centre: np.ndarray) -> np.ndarray:
+def _planar_least(H: np.ndarray, S: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Return the least H about the centre with the moment and the trace of a motion in the plane."""
     own = np.einsum("ai,b->abi", S, centre)
     X = H - own

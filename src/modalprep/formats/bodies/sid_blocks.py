@@ -45,7 +45,7 @@ class Section:
             raise InputError(f"{self.name} (line {self.line}) has {len(found)} parts {name!r} instead of one")
         return found[0]
 
-    def whole(self, key: str, default: int | None = None) -> int:
+    def integer(self, key: str, default: int | None = None) -> int:
         """Return the whole number of a key."""
         for name, text, line in self.entries:
             if name == key:
@@ -126,7 +126,7 @@ def places(block: Section) -> list[tuple[int, tuple[int, ...], float, int]]:
 def mode_is_last(blocks: list[Section], n: int) -> bool:
     """Say whether the mode is the third index of m1: some entry then does not fit as row, mode, column."""
     return any(
-        order and (where[1] >= n or where[2] >= block.whole("ncol"))
+        order and (where[1] >= n or where[2] >= block.integer("ncol"))
         for block in blocks
         for order, where, _, _ in places(block)
     )
@@ -134,11 +134,11 @@ def mode_is_last(blocks: list[Section], n: int) -> bool:
 
 def taylor(block: Section, shapes: tuple[tuple[int, int], ...], n: int, mode_last: bool) -> Taylor:
     """Return the matrix of a block, which has one of some shapes."""
-    shape = block.whole("nrow"), block.whole("ncol")
+    shape = block.integer("nrow"), block.integer("ncol")
     if shape not in shapes:
         expected = " or ".join(f"{rows} x {columns}" for rows, columns in shapes)
         raise InputError(f"{block.name} (line {block.line}) is {shape[0]} x {shape[1]} instead of {expected}")
-    structure = block.whole("structure", 3)
+    structure = block.integer("structure", 3)
     M0 = np.eye(*shape) if structure == UNIT else np.zeros(shape)
     M1 = np.zeros((shape[0], n, shape[1]))
     filled = set()
@@ -167,7 +167,7 @@ def read_contents(path: Path) -> Contents:
     """
     first, modal = read_sections(path)
     head, frame = modal.part("refmod"), modal.part("frame")
-    n = head.whole("nelastq")
+    n = head.integer("nelastq")
     mass = [number(text, line) for key, text, line in head.entries if key == "mass"]
     if len(mass) != 1 or not mass[0] > 0:
         raise InputError("refmod has no positive mass")

@@ -58,12 +58,12 @@ def output4_body(path: Path, length_unit: str, mass_unit: str | None) -> Flexibl
     return noted(body, "names of the interfaces", "cells between the nodes")
 
 
-def _dense(found: dict[str, csr_array], name: str) -> np.ndarray:
-    if name not in found:
-        raise InputError(f"it holds {', '.join(found)} and no {name}; export it again")
-    if np.prod(found[name].shape) > LARGEST:
-        raise InputError(f"{name} is of {found[name].shape} numbers, too large for a reduced body")
-    return found[name].toarray()
+def _dense(matrices: dict[str, csr_array], name: str) -> np.ndarray:
+    if name not in matrices:
+        raise InputError(f"it holds {', '.join(matrices)} and no {name}; export it again")
+    if np.prod(matrices[name].shape) > LARGEST:
+        raise InputError(f"{name} is of {matrices[name].shape} numbers, too large for a reduced body")
+    return matrices[name].toarray()
 
 
 def _recovered(PHI: np.ndarray, K: np.ndarray) -> Recovered:

@@ -144,17 +144,17 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     _refuse_moving_loops(evaluator, y, steady)
     steps = 0
     while True:
-        at = _State(Chart(evaluator, y), steady)
-        g = at.force(np.zeros(at.n))
-        K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
-        g[np.abs(g) <= ROUND_OFF * at.largest_force(g)] = 0.0
-        step, lowest = _step(at, K, g)
-        y = at.y(_length(at, step, g) * step)
+        state = _State(Chart(evaluator, y), steady)
+        g = state.force(np.zeros(state.n))
+        K = -jacobian(state.force, np.full(state.n, 1e-2))[0]
+        g[np.abs(g) <= ROUND_OFF * state.largest_force(g)] = 0.0
+        step, lowest = _step(state, K, g)
+        y = state.y(_length(state, step, g) * step)
         if np.abs(step).max(initial=0.0) <= CONVERGED:
-            return _found(at, K / np.outer(at.scale, at.scale), lowest > 0, steps)
+            return _equilibrium(state, K / np.outer(state.scale, state.scale), lowest > 0, steps)
         steps += 1
         if steps == MAX_STEPS:
-            raise SimulationError(_no_balance(at, g))
+            raise SimulationError(_no_balance(state, g))
 
 
 class _State:
@@ -204,14 +204,14 @@ def _refuse_moving_loops(evaluator: Evaluator, y: np.ndarray, steady: bool) -> N
             )
 
 
-def _step(at: _State, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
+def _step(state: _State, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the step, and the lowest eigenvalue of the scaled stiffness, zero where it is round-off.
 
     The stiffness is scaled by its diagonal, because that of modes exceeds that of a pendulum by many orders.
     """
     if not len(g):
         return g, 1.0
-    d = np.sqrt(at.own_stiffness(K))
+    d = np.sqrt(state.own_stiffness(K))
     g = g / d
     K = K / np.outer(d, d)
     lowest = float(np.linalg.eigvalsh((K + K.T) / 2)[0])
@@ -221,7 +221,7 @@ def _step(at: _State, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
     return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), lowest
 
 
-def _length(at: _State, step: np.ndarray, g: np.ndarray) -> float:
+def _length(state: _State, step: np.ndarray, g: np.ndarray) -> float:
     """Return the fraction of the step at whose end the opposing force is at most `SLACK` of the initial force.
 
     The loops must close there.
@@ -230,7 +230,7 @@ def _length(at: _State, step: np.ndarray, g: np.ndarray) -> float:
     for _ in range(TRIALS):
         try:
             closed = True
-            if at.force(length * step) @ step >= -SLACK * abs(g @ step):
+            if state.force(length * step) @ step >= -SLACK * abs(g @ step):
                 break
         except SimulationError:
             closed = False
@@ -238,38 +238,38 @@ def _length(at: _State, step: np.ndarray, g: np.ndarray) -> float:
     return length if closed else 0.0
 
 
-def _found(at: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
-    y, evaluator = at.chart.y, at.evaluator
+def _equilibrium(state: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
+    y, evaluator = state.chart.y, state.evaluator
     modal = {name: y[evaluator.coordinates("body", name)] for name in evaluator.system.bodies}
     deflected = {name: q[None] for name, q in modal.items()}
     return Equilibrium(
-        system=evaluator.system if at.steady else _held(evaluator.system, evaluator.t),
+        system=evaluator.system if state.steady else _with_hinges_fixed(evaluator.system, evaluator.t),
         t=evaluator.t,
         y=y,
         stable=stable,
         stiffness=stiffness,
-        independent=at.chart.independent,
+        independent=state.chart.independent,
         joints={joint.name: y[evaluator.coordinates("joint", joint.name)] for joint in evaluator.system.joints},
         modal=modal,
-        closures=evaluator.exerted(y, at.required(y)),
+        closures=evaluator.exerted(y, state.required(y)),
         steps=steps,
         notes=large_deflections(evaluator.system.bodies, np.array([evaluator.t]), deflected),
     )
 
 
-def _held(system: System, t: float) -> System:
+def _with_hinges_fixed(system: System, t: float) -> System:
     """Return the system with prescribed motions held where they are at time t."""
     held = {j.name: tuple(TimeFunction(law(t)[0]) for law in j.motions) for j in system.joints if j.motions}
     return system.with_(joints=tuple(j.with_(motion=held[j.name]) if j.motions else j for j in system.joints))
 
 
-def _no_balance(at: _State, g: np.ndarray) -> str:
-    owner = [at.evaluator.owner[k] for k in at.chart.independent]
+def _no_balance(state: _State, g: np.ndarray) -> str:
+    owner = [state.evaluator.owner[k] for k in state.chart.independent]
     moves = np.array([kind == "joint" for kind, _ in owner])
     worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
     kind, name = owner[worst]
-    unit = "N m" if at.evaluator.turns[at.chart.independent[worst]] else "N"
-    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "modal force"
+    unit = "N m" if state.evaluator.turns[state.chart.independent[worst]] else "N"
+    left = f"{abs(g[worst] / state.scale[worst]):.3g} {unit}" if kind == "joint" else "modal force"
     return (
         f"no static equilibrium: residual of {left} in {kind} {name!r} after {MAX_STEPS} steps; "
         "constrain it by a spring, a weld or a prescribed motion"

@@ -220,7 +220,7 @@ class _Guided:
     def guide(self, t: float, y: np.ndarray) -> np.ndarray:
         """Write the histories into state y at time t; returns their accelerations (nu,), zero for all others."""
         udot = np.zeros(self.evaluator.nu)
-        self.evaluator.at(t)
+        self.evaluator.set_time(t)
         for x, u, law in self.laws:
             y[x], y[self.evaluator.nx + u], udot[u] = law(t)
         return udot

@@ -51,7 +51,7 @@ class Phase:
         hinges: dict | None = None,
     ) -> None:
         self.settings, self.method, self.stages, self.t = run, run.method, stages, t
-        self.system = run.system.at(stages, start)
+        self.system = run.system.in_stages(stages, start)
         self.packed = pack(self.system)
         self.loading = Loading(self.system, self.packed, float(run.times[-1]), run.shortest_event)
         self.loading.clip(t, float(run.times[-1]))

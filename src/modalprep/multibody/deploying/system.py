@@ -45,7 +45,7 @@ class DeployingSystem(Record):
     >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2,
     ...                   deployed_length="5 + t/2")
     >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,))
-    >>> system.at([first_stage(boom)]).order
+    >>> system.in_stages([first_stage(boom)]).order
     ('boom_exit', 'boom3', 'boom2', 'boom1')
     """
 
@@ -68,7 +68,7 @@ class DeployingSystem(Record):
         super().__post_init__()
         self.full()
 
-    def at(self, stages: list[Stage], start: dict[str, dict] | None = None) -> System:
+    def in_stages(self, stages: list[Stage], start: dict[str, dict] | None = None) -> System:
         """Return the system with the rods of these stages; `start` has initial values of joints by name.
 
         Returns
@@ -99,7 +99,7 @@ class DeployingSystem(Record):
         System
             Of one rod less.
         """
-        full = self.at(stages)
+        full = self.in_stages(stages)
         stage = stages[self.deployments.index(d)]
         removed = {d.exit_body, f"{d.name}{stage.rods}"}
         rod = f"{d.name}{stage.rods - 1}"
@@ -125,7 +125,9 @@ class DeployingSystem(Record):
         System
             Of all rods.
         """
-        return self.at([Stage(rods=d.segments, locked=False, length=TimeFunction(d.length)) for d in self.deployments])
+        return self.in_stages(
+            [Stage(rods=d.segments, locked=False, length=TimeFunction(d.length)) for d in self.deployments]
+        )
 
 
 def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:

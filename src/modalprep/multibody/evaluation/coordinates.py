@@ -75,12 +75,12 @@ class Coordinates:
         shape = self._y.shape[:-1]
         return JointState(
             *(
-                np.stack([self.at(place) for place in part], axis=-1) if part else np.empty((*shape, 0))
+                np.stack([self.value_at(place) for place in part], axis=-1) if part else np.empty((*shape, 0))
                 for part in places
             )
         )
 
-    def at(self, place: Place) -> Any:
+    def value_at(self, place: Place) -> Any:
         """Return the number at a place that `Packed.places_of` names.
 
         Returns

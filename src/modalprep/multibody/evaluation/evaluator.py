@@ -105,11 +105,11 @@ class Evaluator:
         """Return the start, lengths and sums "as at the start" taken at zero, closed again at t."""
         y = start_state(self.packed)
         if self.loops is None:
-            self.at(t)
+            self.set_time(t)
             return y
-        self.at(0.0)
+        self.set_time(0.0)
         y = self.loops.assemble(self.data, y, self.loading.prescribe(0.0, self.data))
-        self.at(t)
+        self.set_time(t)
         return self.closed(y) if t else y
 
     def closed(self, y: np.ndarray) -> np.ndarray:
@@ -142,7 +142,7 @@ class Evaluator:
                 self.owner[first : first + body.n] = [("body", link.body)] * body.n
                 self.scale[first : first + body.n] = sizes[id(body)] / _reach(body)
 
-    def at(self, t: float) -> None:
+    def set_time(self, t: float) -> None:
         """Take functions of time at t (s), not after that of the start."""
         self.t = float(t)  # kernels are compiled anew for an integer
         self.loading.enter(*next(stretch for stretch in self.loading.stretches if t < stretch[1]))

@@ -102,7 +102,7 @@ def _joint_reader(packed: Packed, joint: Joint, part: str) -> Callable[[State], 
     k += TRANSLATIONS.get(joint.type, 0) if counts is ROTATIONS else 0
     position, rate = packed.places_of(joint.name)
     place = position[k] if kind in PLACES else rate[k]
-    return lambda state: float(state.at(place))
+    return lambda state: float(state.value_at(place))
 
 
 def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[State], float] | None:

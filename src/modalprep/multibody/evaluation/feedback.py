@@ -58,9 +58,9 @@ def feedback(
         if known.get("packed") is not state.packed:  # the first call of a run
             laws = [channel_expression(state.system, state.packed, str(value), f"control {name!r}") for value in values]
             known.update(packed=state.packed, laws=laws)
-        found = np.array([law(t, state) for law in known["laws"]])
+        components = np.array([law(t, state) for law in known["laws"]])
         if axes == "body":
-            found = (found.reshape(-1, 3) @ state[at].rotation.T).ravel()
-        return {at: found}
+            components = (components.reshape(-1, 3) @ state[at].rotation.T).ravel()
+        return {at: components}
 
     return Callback(name=name, function=function, laws=tuple(map(str, values)))

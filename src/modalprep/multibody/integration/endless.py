@@ -48,7 +48,7 @@ def refuse_endless(run: Running) -> None:
         raise too_long(run, t, more)
 
 
-def _refuse_stiff_callback(run: Running, t: float, more: float) -> None:
+def _refuse_stiff_callback(run: Running, t: float, remaining: float) -> None:
     """Refuse a callback that changes with the motion much faster than all else does."""
     flags = run.equations.flags
     hook = int(flags["callback"][0])
@@ -61,7 +61,7 @@ def _refuse_stiff_callback(run: Running, t: float, more: float) -> None:
         raise SimulationError(
             f"simulation stopped at t = {t:.6g} s: the load of callback {name!r} is too stiff for its explicit "
             f"evaluation: it changes with the motion at a rate of {rates[name]:.1e} 1/s, so that the rest of the run "
-            f"would take about {more:.0e} evaluations; use dampers, springs or bushings, which are treated "
+            f"would take about {remaining:.0e} evaluations; use dampers, springs or bushings, which are treated "
             "implicitly, or lower its factors"
         )
 
@@ -126,11 +126,11 @@ class Forecast:
         self.mark = (spent, t)
         self.next = GROWTH * spent
 
-    def _line(self, run: Running, t: float, spent: float, more: float) -> str:
+    def _line(self, run: Running, t: float, spent: float, remaining: float) -> str:
         end = run.loading.t_end
         step = float(run.steps.clock[0].last_step)
-        line = f"t = {t:.4g} of {end:g} s after {lasting(spent)}, {lasting(more)} more at this rate"
-        if more < LONG or step > SHORT * end:
+        line = f"t = {t:.4g} of {end:g} s after {lasting(spent)}, {lasting(remaining)} more at this rate"
+        if remaining < LONG or step > SHORT * end:
             return line
         return f"{line}: steps are of {step:.0e} s, since {why_short(run, t)}"
 

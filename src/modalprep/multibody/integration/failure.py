@@ -111,14 +111,14 @@ def failure(run: Running, t: float) -> SimulationError:
     return SimulationError(f"{begin}the step size collapsed, body {name!r} moves fastest; {advice}")
 
 
-def too_long(run: Running, t: float, more: float) -> SimulationError:
+def too_long(run: Running, t: float, evaluations: float) -> SimulationError:
     """Return the error of a run whose steps are too short for its span: it would take so many evaluations more."""
     if locked := gimbal_lock(run.system, run.packed, run.steps.y):
         return SimulationError(f"simulation stopped at t = {t:.6g} s: {locked}")
     return SimulationError(
         f"simulation stopped at t = {t:.6g} s: the steps are so short that the rest of the run would take about "
-        f"{more:.0e} evaluations, since {why_short(run, t)}; lower t_end, or look for a load, stiffness or damping "
-        "that is far too large there"
+        f"{evaluations:.0e} evaluations, since {why_short(run, t)}; lower t_end, or look for a load, stiffness or "
+        "damping that is far too large there"
     )
 
 
@@ -132,7 +132,7 @@ def why_short(run: Running, t: float) -> str:
 
 def fastest_element(run: Running, t: float) -> tuple[float, str]:
     """Return the highest rate (1/s) at which an element of a joint changes with the motion, and its words."""
-    M, _ = mass_and_force(run.system.at(t), run.steps.y[:-1], run.loading.prescribe(t))
+    M, _ = mass_and_force(run.system.with_masses_at(t), run.steps.y[:-1], run.loading.prescribe(t))
     if not np.isfinite(M).all():
         return 0.0, ""
     mobility = np.diag(np.linalg.pinv(M))
@@ -258,6 +258,6 @@ def _not_finite(run: Running) -> str:
 
 
 def _nearly_singular(run: Running, t: float) -> bool:
-    M, _ = mass_and_force(run.system.at(t), run.steps.y[:-1], run.loading.prescribe(t))
+    M, _ = mass_and_force(run.system.with_masses_at(t), run.steps.y[:-1], run.loading.prescribe(t))
     scale = 1 / np.sqrt(np.abs(np.diag(M)))
     return not np.linalg.eigvalsh(M * scale * scale[:, None])[0] > NEARLY_SINGULAR

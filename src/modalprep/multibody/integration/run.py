@@ -246,12 +246,12 @@ class Integration:
         for begin, end in self.loading.stretches:
             self.loading.enter(begin, end)
             self._begin(begin, end)
-            code = self._follow(end, record, progress, between_steps)
+            code = self._integrate_to(end, record, progress, between_steps)
             if code != driver.REACHED:
                 break
         return self._outcome(code, record)
 
-    def _follow(
+    def _integrate_to(
         self,
         end: float,
         record: Record,

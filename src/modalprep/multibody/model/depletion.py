@@ -74,7 +74,7 @@ class Depletion(Record):
         """
         return sorted((body, *self.levels), key=lambda level: level.m)
 
-    def at(self, body: FlexibleBody, t: float) -> FlexibleBody:
+    def body_at(self, body: FlexibleBody, t: float) -> FlexibleBody:
         """Return the body as it is at time t (s).
 
         Returns

@@ -219,7 +219,7 @@ class System(Record, Animated):
         """Number of translations and rotations of each joint: the coordinates that a coupler can use."""
         return {joint.name: SCALARS[joint.type] for joint in self.joints}
 
-    def at(self, t: float) -> System:
+    def with_masses_at(self, t: float) -> System:
         """Return the system with the masses of time t (s) for ever; its gas goes on to leave.
 
         Returns
@@ -227,7 +227,7 @@ class System(Record, Animated):
         System
             Without depletions.
         """
-        changed = {each.body: each.at(self.bodies[each.body], t) for each in self.depletions}
+        changed = {each.body: each.body_at(self.bodies[each.body], t) for each in self.depletions}
         return self.with_(bodies=self.bodies | changed, depletions=()) if changed else self
 
     def conventional(self) -> System:

@@ -27,7 +27,7 @@ def pack_reels(deployments: Sequence[Deployment], stages: Sequence[Stage], syste
     >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0,
     ...                   deployed_length="3.0")
     >>> stages = [first_stage(boom)]
-    >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,)).at(stages)
+    >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,)).in_stages(stages)
     >>> packed = pack(system)
     >>> pack_reels((boom,), stages, system, packed).springs.bend.tolist()
     [[0.002, 1.374, 0.25]]

@@ -229,7 +229,7 @@ def _equations(
     system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray, DenseConstraints]:
     packed = pack(system)
-    M, f = mass_and_force(system.at(t), y, motion)
+    M, f = mass_and_force(system.with_masses_at(t), y, motion)
     loads = dense_loads(system, packed, y, motion, t)
     rows = dense_constraints(system, packed, loops, y, motion, t)
     return M + loads.mass, f + loads.f, rows

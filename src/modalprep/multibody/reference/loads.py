@@ -29,7 +29,7 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     >>> loads.f.round(9).tolist(), round(float(loads.stored), 9)
     ([-0.6, 0.0], 0.06)
     """
-    system = system.at(t)
+    system = system.with_masses_at(t)
     states = dict(zip(system.order, seen_states(system, body_states(system, packed, y, motion)), strict=True))
 
     def interface(body: str, k: int) -> Point:
@@ -48,7 +48,7 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
 
 def loaded_accelerations(system: System, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
     """Solve for the accelerations ``u' (nu,)`` under all loads with the whole mass matrix."""
-    M, f = mass_and_force(system.at(t), y, motion)
+    M, f = mass_and_force(system.with_masses_at(t), y, motion)
     loads = dense_loads(system, pack(system), y, motion, t)
     return np.linalg.solve(M + loads.mass, f + loads.f)
 

@@ -226,5 +226,5 @@ class Channels:
         return first
 
 
-def _rows(found: list[tuple]) -> np.ndarray:
-    return np.array(found, dtype=np.int64).reshape(-1, 4)
+def _rows(parts: list[tuple]) -> np.ndarray:
+    return np.array(parts, dtype=np.int64).reshape(-1, 4)

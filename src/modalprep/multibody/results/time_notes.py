@@ -51,10 +51,10 @@ def _names(kind: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else ()
 
 
-def _unseen(found: list[tuple[str, Any]], t_end: float, shortest_event: float | None) -> list[str]:
+def _unseen(times: list[tuple[str, Any]], t_end: float, shortest_event: float | None) -> list[str]:
     """Return the note on functions that were looked through in steps."""
     widths: dict[float, list[str]] = {}
-    for name, function in found:
+    for name, function in times:
         width = _looked_at(function, t_end, shortest_event)
         if width:
             widths.setdefault(width, []).append(name)

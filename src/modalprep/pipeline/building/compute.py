@@ -78,7 +78,7 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
             provenance=inputs(source),
         )
         damping = target_damping(pipeline.reduction.damping)
-        body = body.with_(D=modal_damping(body, damping), modes=body.modes.with_(held=held_mass(model)))
+        body = body.with_(D=modal_damping(body, damping), modes=body.modes.with_(held_mass=held_mass(model)))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)

@@ -126,7 +126,7 @@ def _amplitudes(inputs: list, kind: str, f: np.ndarray) -> np.ndarray:
     if kind == "transient":
         waves = [np.exp(-2j * np.pi * f[:, :1] * x.time) * x.value for x in inputs]
         return np.stack([np.abs(np.trapezoid(y, x.time)) for x, y in zip(inputs, waves, strict=True)], axis=1)
-    size = np.abs(np.stack([x.at(f[:, k]) for k, x in enumerate(inputs)], axis=1))
+    size = np.abs(np.stack([x.values_at(f[:, k]) for k, x in enumerate(inputs)], axis=1))
     return np.sqrt(size) if kind == "random" else size
 
 

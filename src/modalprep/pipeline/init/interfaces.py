@@ -49,15 +49,15 @@ def proposals(mesh: Mesh, structure: Iterable[str], rounds: list[Opening], plane
     return _chosen(_unique(found))
 
 
-def without(found: list[Proposal], name: str, why: str) -> list[Proposal]:
+def without(proposals: list[Proposal], name: str, why: str) -> list[Proposal]:
     """Return the proposals with one, which a model refuses, as the last and not likely."""
-    refused = [one.with_(likely=False, what=f"{one.what}; {why}") for one in found if one.name == name]
-    return [one for one in found if one.name != name] + refused
+    refused = [one.with_(likely=False, what=f"{one.what}; {why}") for one in proposals if one.name == name]
+    return [one for one in proposals if one.name != name] + refused
 
 
-def _chosen(found: list[Proposal]) -> list[Proposal]:
+def _chosen(proposals: list[Proposal]) -> list[Proposal]:
     """Return the proposals with the root first; at most MOST stay likely, and none that shares nodes with another."""
-    order = sorted(found, key=lambda one: (not one.likely, not ROOTS.search(one.name)))
+    order = sorted(proposals, key=lambda one: (not one.likely, not ROOTS.search(one.name)))
     used: set[int] = set()
     chosen = []
     for one in order:
@@ -69,12 +69,12 @@ def _chosen(found: list[Proposal]) -> list[Proposal]:
     return sorted(chosen, key=lambda one: not one.likely)
 
 
-def _unique(found: list[Proposal]) -> list[Proposal]:
+def _unique(proposals: list[Proposal]) -> list[Proposal]:
     """Return the proposals with different nodes, under different names."""
     names: dict[str, int] = {}
     unique = []
     seen = set()
-    for one in found:
+    for one in proposals:
         if (nodes := one.nodes.tobytes()) in seen:
             continue
         seen.add(nodes)

@@ -32,13 +32,13 @@ class Hung(NamedTuple):
     down: np.ndarray
 
 
-def pendulum_text(found: Survey, part: Path, model: FEModel) -> str:
+def pendulum_text(survey: Survey, part: Path, model: FEModel) -> str:
     """Return the system file of a part that swings under gravity.
 
     It hangs from the first opening that is away from its centre of mass, else from another interface; gravity points
     from there to the centre of mass, so that it hangs at the angle zero.
     """
-    axes = {one.name: one.direction for one in found.active}
+    axes = {one.name: one.direction for one in survey.active}
     frames = sorted(model.interfaces, key=lambda frame: axes.get(frame.name) is None)
     return _text(part, [_hung(model.rigid, frame.name, frame.position, axes.get(frame.name)) for frame in frames])
 

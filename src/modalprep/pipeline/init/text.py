@@ -28,15 +28,15 @@ FAMILIES = {1: "beam", 2: "shell", 3: "solid"}
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def pipeline_text(found: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool) -> str:
+def pipeline_text(survey: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool) -> str:
     """Return the pipeline file of a part; `given` says whether the material is not an assumption."""
     parts = [
-        f"# {target.stem}: from {found.file.name} to a modal file. modalprep init wrote it; correct what it assumes.",
-        _mesh(found, target),
-        *_materials(found, material, given),
-        *_supports(found),
-        *_interfaces(found),
-        _rest(found),
+        f"# {target.stem}: from {survey.file.name} to a modal file. modalprep init wrote it; correct what it assumes.",
+        _mesh(survey, target),
+        *_materials(survey, material, given),
+        *_supports(survey),
+        *_interfaces(survey),
+        _rest(survey),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -57,12 +57,12 @@ def comment(text: str) -> str:
     return "\n".join(f"# {line}" if line else "#" for line in text.splitlines())
 
 
-def _mesh(found: Survey, target: Path) -> str:
-    read = found.read
-    file = path_from(target.parent, found.file)
-    lines = [*(comment(f"note: {note}") for note in found.notes), "[mesh]", f"file = {quoted(file)}"]
+def _mesh(survey: Survey, target: Path) -> str:
+    read = survey.read
+    file = path_from(target.parent, survey.file)
+    lines = [*(comment(f"note: {note}") for note in survey.notes), "[mesh]", f"file = {quoted(file)}"]
     lines.append(f'length_unit = "{read.length_unit}"  # {read.why}')
-    if read.mass_unit is not None and found.mesh.properties:
+    if read.mass_unit is not None and survey.mesh.properties:
         lines.append(f'mass_unit = "{read.mass_unit}"  # of the materials of the deck')
     if read.size is not None:  # of a CAD file
         lines.append(
@@ -81,60 +81,62 @@ def path_from(folder: Path, file: Path) -> str:
     return (file.resolve() if path.parts.count("..") > 3 else path).as_posix()
 
 
-def _materials(found: Survey, material: tuple[str, tuple[float, float, float]], given: bool) -> list[str]:
-    if not found.structure:
+def _materials(survey: Survey, material: tuple[str, tuple[float, float, float]], given: bool) -> list[str]:
+    if not survey.structure:
         return ["# Materials and properties are those of the deck."]
     name, (E, nu, rho) = material
     assumed = "" if given else "# ASSUMPTION: the file says no material, and this one is taken.\n"
     table = f"{assumed}[materials.{name}]\nE = {E:.6g}  # Pa\nnu = {nu:.6g}\nrho = {rho:.6g}  # kg/m^3"
-    return [table, *(_property(found, group, dimension, name) for group, dimension in found.structure.items())]
+    return [table, *(_property(survey, group, dimension, name) for group, dimension in survey.structure.items())]
 
 
-def _property(found: Survey, group: str, dimension: int, material: str) -> str:
-    size = extent(found.mesh)
+def _property(survey: Survey, group: str, dimension: int, material: str) -> str:
+    size = extent(survey.mesh)
     lines = [f"[properties.{key(group)}]", f'type = "{FAMILIES[dimension]}"', f'material = "{material}"']
     if dimension == 2:
         lines.append(f"thickness = {size / SHELL:.2g}  # m; ASSUMPTION: the file says none")
     if dimension == 1:
-        lines += _up(found, group)
+        lines += _up(survey, group)
         lines.append(f'section = {{ shape = "rod", diameter = {size / ROD:.2g} }}  # m; ASSUMPTION: the file says none')
     return "\n".join(lines)
 
 
-def _up(found: Survey, group: str) -> list[str]:
+def _up(survey: Survey, group: str) -> list[str]:
     """Return a direction that no beam of a group is parallel to, where z is not one."""
     along = np.concatenate(
-        [np.diff(found.mesh.points[conn[:, :2]], axis=1)[:, 0] for conn in found.mesh.group(group).values()]
+        [np.diff(survey.mesh.points[conn[:, :2]], axis=1)[:, 0] for conn in survey.mesh.group(group).values()]
     )
     along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
     straight = [up for up in UPS if np.abs(along @ up / np.linalg.norm(up)).max() < 1 - 1e-6]
     return [] if straight[:1] == [UPS[0]] else [f"up = {list((straight or UPS)[0])}"]
 
 
-def _supports(found: Survey) -> list[str]:
-    if found.supported is None:
+def _supports(survey: Survey) -> list[str]:
+    if survey.supported is None:
         return []
-    held = found.mesh.supports[found.supported]
+    held = survey.mesh.supports[survey.supported]
     others = "".join(
-        f"\n# [supports.{key(name)}]\n# set = {quoted(name)}" for name in found.mesh.supports if name != found.supported
+        f"\n# [supports.{key(name)}]\n# set = {quoted(name)}"
+        for name in survey.mesh.supports
+        if name != survey.supported
     )
     return [
         f"# The first interface carries the body frame: here what holds {len(held.nodes)} nodes, as the deck does.\n"
         '[interfaces.support]\nkind = "support"',
-        f"[supports.{key(found.supported)}]\nset = {quoted(found.supported)}{others}",
+        f"[supports.{key(survey.supported)}]\nset = {quoted(survey.supported)}{others}",
     ]
 
 
-def _interfaces(found: Survey) -> list[str]:
-    active = found.active
-    first = found.supported is None
+def _interfaces(survey: Survey) -> list[str]:
+    active = survey.active
+    first = survey.supported is None
     parts = []
     for k, one in enumerate(active):
         root = "; the first interface carries the body frame" if first and k == 0 else ""
         parts.append(f"# {one.what}{root}\n{_table(one)}")
     if not active and first:
         parts.append("# NO INTERFACE WAS FOUND: choose one, such as\n# [interfaces.root]\n# near = [0, 0, 0]")
-    rest = [one for one in found.interfaces if not any(one is other for other in active)]
+    rest = [one for one in survey.interfaces if not any(one is other for other in active)]
     if rest:
         intro = f"# Further ones; each active interface adds six constraint modes, and {MOST} at most are taken."
         parts.append("\n\n".join([intro, *(comment(f"{one.what}\n{_table(one)}") for one in rest[:MOST_LISTED])]))
@@ -147,7 +149,7 @@ def _table(one: Proposal) -> str:
     return f"[interfaces.{key(one.name)}]\n{one.keys}"
 
 
-def _rest(found: Survey) -> str:
+def _rest(survey: Survey) -> str:
     return "\n".join(
         [
             "[reduction]",

@@ -142,7 +142,7 @@ def _deck(path: Path, length_unit: str | None, mass_unit: str | None) -> Read:
     return min(trials)[3]
 
 
-def _why(unit: str, number: float, more: str = "") -> str:
+def _why(unit: str, number: float, reason: str = "") -> str:
     if SHORT <= number * LENGTH_UNITS[unit] <= LONG:
-        return f"guessed: {number:.4g} {unit} is the size of a part{more}; correct it where it is another"
+        return f"guessed: {number:.4g} {unit} is the size of a part{reason}; correct it where it is another"
     return f"guessed: the size of {number:.4g} is uncommon in every unit; correct it where it is another"

@@ -68,22 +68,22 @@ def init_pipeline(
 
 
 def _that_assembles(
-    found: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool
+    survey: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool
 ) -> tuple[Survey, str, FEModel | None]:
     """Return the survey without the interfaces that the model refuses, the text and the model; None if it has none."""
     message = ""
-    for _ in range(1 + len(found.interfaces)):
-        text = pipeline_text(found, target, material, given)
+    for _ in range(1 + len(survey.interfaces)):
+        text = pipeline_text(survey, target, material, given)
         try:
-            return found, text, assemble_pipeline(Pipeline.model_validate(tomllib.loads(text)), found.mesh)
+            return survey, text, assemble_pipeline(Pipeline.model_validate(tomllib.loads(text)), survey.mesh)
         except InputError as error:
             message = str(error)
         refused = re.match(r"interface '(.+?)': (.+)", message)
-        if not refused or refused[1] not in {one.name for one in found.active}:
+        if not refused or refused[1] not in {one.name for one in survey.active}:
             break
-        found = found.with_(interfaces=without(found.interfaces, refused[1], refused[2]))
-    found = found.with_(notes=(*found.notes, f"{target.name} does not run yet: {message}"))
-    return found, pipeline_text(found, target, material, given), None
+        survey = survey.with_(interfaces=without(survey.interfaces, refused[1], refused[2]))
+    survey = survey.with_(notes=(*survey.notes, f"{target.name} does not run yet: {message}"))
+    return survey, pipeline_text(survey, target, material, given), None
 
 
 def written_files(file: Path, target: Path, texts: Sequence[str], force: bool) -> list[Path]:
@@ -114,15 +114,15 @@ def _refuse_present(files: Sequence[Path], source: Path, force: bool) -> None:
             raise InputError(f"{path} is there already; give another name by -o, or --force to replace it")
 
 
-def summary(found: Survey) -> dict[str, object]:
+def summary(survey: Survey) -> dict[str, object]:
     """Return what was found, for JSON."""
-    mesh = found.mesh
+    mesh = survey.mesh
     return {
         "mesh": mesh.source,
-        "length_unit": found.read.length_unit,
-        "size_m": found.read.size,
+        "length_unit": survey.read.length_unit,
+        "size_m": survey.read.size,
         "cells": {kind: len(rows) for kind, rows in mesh.cells.items()},
-        "structure": list(found.structure) + list(mesh.properties),
+        "structure": list(survey.structure) + list(mesh.properties),
         "openings": [
             {
                 "hole": one.hole,
@@ -131,27 +131,27 @@ def summary(found: Survey) -> dict[str, object]:
                 "centre_m": one.centre.tolist(),
                 "nodes": len(one.nodes),
             }
-            for one in found.openings
+            for one in survey.openings
         ],
-        "interfaces": [one.name for one in found.active],
-        "further_interfaces": [one.name for one in found.interfaces if one not in found.active],
-        "notes": list(found.notes),
+        "interfaces": [one.name for one in survey.active],
+        "further_interfaces": [one.name for one in survey.interfaces if one not in survey.active],
+        "notes": list(survey.notes),
     }
 
 
-def rows(found: Survey) -> tuple[str, list[tuple[str, str, str, bool]]]:
+def rows(survey: Survey) -> tuple[str, list[tuple[str, str, str, bool]]]:
     """Return the title and the rows of the table of what was found."""
-    mesh, used = found.mesh, found.active
+    mesh, used = survey.mesh, survey.active
     cells = ", ".join(f"{len(conn)} {kind}" for kind, conn in mesh.cells.items())
     table = [("group", name, f"{_kind(mesh, name)}; a property of the deck", True) for name in mesh.properties]
-    table += [("group", name, f"{_kind(mesh, name)}; needs a property", True) for name in found.structure]
-    if found.supported:
+    table += [("group", name, f"{_kind(mesh, name)}; needs a property", True) for name in survey.structure]
+    if survey.supported:
         table += [
-            ("supports", name, f"{len(held.nodes)} nodes that the deck holds", name == found.supported)
+            ("supports", name, f"{len(held.nodes)} nodes that the deck holds", name == survey.supported)
             for name, held in mesh.supports.items()
         ]
-    table += [("interface", one.name, one.what, any(one is other for other in used)) for one in found.interfaces]
-    return f"{mesh.source}: {len(mesh.points)} nodes, {cells}; in {found.read.length_unit} ({found.read.why})", table
+    table += [("interface", one.name, one.what, any(one is other for other in used)) for one in survey.interfaces]
+    return f"{mesh.source}: {len(mesh.points)} nodes, {cells}; in {survey.read.length_unit} ({survey.read.why})", table
 
 
 def _kind(mesh: Mesh, name: str) -> str:

@@ -135,7 +135,7 @@ def _given_limit(limit: Curve, name: str, response: Response, folder: Path) -> n
     except ValueError as error:
         raise InputError(f"notch of {name}: {error}") from None
     outside = (f < spectrum.band[0]) | (f > spectrum.band[1])
-    return np.where(outside, np.inf, spectrum.at(f))
+    return np.where(outside, np.inf, spectrum.values_at(f))
 
 
 def squared(unit: str) -> str:
@@ -157,7 +157,9 @@ def lowered(inputs: Mapping[str, Spectrum], notched: NotchedInput) -> dict[str, 
     scale = np.interp(f, notched.frequency, factor)
     return {
         name: Spectrum(
-            frequency=f, value=x.with_(phase=None).at(f) * scale, phase=None if x.phase is None else np.angle(x.at(f))
+            frequency=f,
+            value=x.with_(phase=None).values_at(f) * scale,
+            phase=None if x.phase is None else np.angle(x.values_at(f)),
         )
         for name, x in inputs.items()
     }
@@ -191,7 +193,7 @@ def excess(
     notched: NotchedInput,
 ) -> list[str]:
     """Return a note where a response to notched inputs exceeds its limit; `inputs` are those before the notches."""
-    given = np.stack([x.at(response.axis) for x in inputs.values()], axis=1)
+    given = np.stack([x.values_at(response.axis) for x in inputs.values()], axis=1)
     notes = []
     for key, values in limit_curves(table, response, body, folder, given).items():
         power = 2 if response.kind == "random" else 1

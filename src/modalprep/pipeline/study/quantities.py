@@ -97,18 +97,18 @@ def _of_margins(margins: Mapping[str, float]) -> Stated:
         yield "margin_of", worst
 
 
-def _of_response(found: Responded) -> Stated:
-    for peak in found.response.worst():
+def _of_response(response: Responded) -> Stated:
+    for peak in response.response.worst():
         place = peak.place if peak.place in PARTS or not peak.component else ""  # the worst is elsewhere in each job
-        parts = (found.name, peak.block, place, peak.component)
+        parts = (response.name, peak.block, place, peak.component)
         yield with_unit(f"{'.'.join(filter(None, parts))}_peak", peak.unit), peak.largest
 
 
-def _of_strength(found: Mapping[str, Mapping[str, Mapping[str, Mapping[str, Any]]]]) -> Stated:
-    for name, spectra in found["srs"].items():
+def _of_strength(results: Mapping[str, Mapping[str, Mapping[str, Mapping[str, Any]]]]) -> Stated:
+    for name, spectra in results["srs"].items():
         for channel, spectrum in spectra.items():
             yield with_unit(f"{name}.{channel}_maximax", spectrum["unit"]), spectrum["maximax"]
-    for name, damages in found["fatigue"].items():
+    for name, damages in results["fatigue"].items():
         for channel, damage in damages.items():
             yield f"{name}.{channel}_damage", damage["damage"]
 

@@ -240,14 +240,14 @@ def _figures(
 
 
 def _difference(
-    units: tuple[str, ...], some: tuple[np.ndarray, np.ndarray], whole: tuple[np.ndarray, np.ndarray]
+    units: tuple[str, ...], some: tuple[np.ndarray, np.ndarray], references: tuple[np.ndarray, np.ndarray]
 ) -> float:
     """Return the largest difference of figures (p, c, m) over the largest with the same unit under any load."""
     worst = 0.0
-    for found, full in zip(some, whole, strict=True):
-        own = np.broadcast_to(np.reshape(units, (-1, full.shape[1])), full.shape[:2])
+    for found, reference in zip(some, references, strict=True):
+        own = np.broadcast_to(np.reshape(units, (-1, reference.shape[1])), reference.shape[:2])
         for unit in set(units):
-            size, off = (np.abs(x[own == unit]).max(initial=0.0) for x in (full, found - full))
+            size, off = (np.abs(x[own == unit]).max(initial=0.0) for x in (reference, found - reference))
             worst = max(worst, float(off / size) if size > 0 else 0.0)
     return worst
 

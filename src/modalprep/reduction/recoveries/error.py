@@ -106,7 +106,7 @@ def _reduced_fields(
     return Fields(u, reduction.basis @ qdd, loads[:DRIVES]), Fields.static(strained)
 
 
-def largest_difference(units: tuple[str, ...], found: np.ndarray, full: np.ndarray) -> float:
+def largest_difference(units: tuple[str, ...], values: np.ndarray, full: np.ndarray) -> float:
     """Return the largest difference of values (p, c, m) over the largest with the same unit, the worst of m loads.
 
     Loads under which the values stay below `NEGLIGIBLE` of their largest do not count; ``units`` are c or p c.
@@ -120,7 +120,7 @@ def largest_difference(units: tuple[str, ...], found: np.ndarray, full: np.ndarr
     own = np.broadcast_to(np.reshape(units, (-1, full.shape[1])), full.shape[:2])
     worst = 0.0
     for unit in set(units):
-        size, off = (np.abs(x[own == unit]).max(axis=0, initial=0.0) for x in (full, found - full))
+        size, off = (np.abs(x[own == unit]).max(axis=0, initial=0.0) for x in (full, values - full))
         real = size > NEGLIGIBLE * size.max(initial=0.0)
         worst = max(worst, float(np.max(off[real] / size[real], initial=0.0)))
     return worst

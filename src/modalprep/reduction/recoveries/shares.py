@@ -42,18 +42,22 @@ def recovery_shares(recovery: ModelRecovery, loads: JudgedLoads) -> dict[str, li
     }
 
 
-def _shares(name: str, found: Contributions, places: tuple[str, ...], components: tuple[str, ...]) -> list[Share]:
-    peaks = np.array([np.abs(found.modal[:, own]).max(axis=(0, 1), initial=0.0) for _, own in found.groups])
-    share = peaks[:, :, None] * np.abs(found.factor) / found.scales()[:, None]  # (groups, n, m)
-    return [_share(name, found, share[:, k], k, places, components) for k in range(share.shape[1])]
+def _shares(
+    name: str, contributions: Contributions, places: tuple[str, ...], components: tuple[str, ...]
+) -> list[Share]:
+    peaks = np.array(
+        [np.abs(contributions.modal[:, own]).max(axis=(0, 1), initial=0.0) for _, own in contributions.groups]
+    )
+    share = peaks[:, :, None] * np.abs(contributions.factor) / contributions.scales()[:, None]  # (groups, n, m)
+    return [_share(name, contributions, share[:, k], k, places, components) for k in range(share.shape[1])]
 
 
-def _share(name: str, found: Contributions, share: np.ndarray, k: int, places, components) -> Share:
+def _share(name: str, contributions: Contributions, share: np.ndarray, k: int, places, components) -> Share:
     if not share.size or share.max() == 0:
         return Share(0.0, name, "", "")
     group, load = np.unravel_index(np.argmax(share), share.shape)
-    own = np.flatnonzero(found.groups[group][1])
-    values = np.abs(found.modal[:, own, k])
+    own = np.flatnonzero(contributions.groups[group][1])
+    values = np.abs(contributions.modal[:, own, k])
     place, component = np.unravel_index(np.argmax(values), values.shape)
     where = f"{places[place]}.{components[own[component]]}".strip(".")
-    return Share(float(share[group, load]), name, where, found.label[load])
+    return Share(float(share[group, load]), name, where, contributions.label[load])

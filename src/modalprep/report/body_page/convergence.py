@@ -20,7 +20,7 @@ CHART = 12  # recoveries in the chart, at most
 FLOOR = 1e-9  # an error below counts as none
 
 
-def convergence_section(found: Convergence) -> Section:
+def convergence_section(convergence: Convergence) -> Section:
     """Return the section: the error of each recovery with the first modes, as a table and a chart.
 
     Examples
@@ -31,10 +31,12 @@ def convergence_section(found: Convergence) -> Section:
     'Convergence of the recoveries'
     """
     with tempfile.TemporaryDirectory() as folder:
-        drawn = chart(convergence_plot(found, Path(folder) / "chart.png"), "Errors over the number of modes")
-    html = paragraph(_said(found)) + convergence_table(found).html() + drawn
-    if len(found.recoveries) > CHART:
-        html += paragraph(f"The chart leaves out {len(found.recoveries) - CHART} more recoveries, which the table has.")
+        drawn = chart(convergence_plot(convergence, Path(folder) / "chart.png"), "Errors over the number of modes")
+    html = paragraph(_said(convergence)) + convergence_table(convergence).html() + drawn
+    if len(convergence.recoveries) > CHART:
+        html += paragraph(
+            f"The chart leaves out {len(convergence.recoveries) - CHART} more recoveries, which the table has."
+        )
     return Section(title="Convergence of the recoveries", anchor="convergence", html=html)
 
 
@@ -47,23 +49,29 @@ SAYS = (
 UNIT_LOADS = "under unit accelerations of the root and unit loads on the other interfaces with 1 % damping"
 
 
-def _said(found: Convergence) -> str:
-    more = " Of large recoveries evenly chosen places are followed." if np.any(found.share < 1) else ""
-    loads = f"under the inputs of the responses {', '.join(found.loads)}, not notched" if found.loads else UNIT_LOADS
-    return SAYS.format(hertz(found.up_to), loads) + more
+def _said(convergence: Convergence) -> str:
+    more = " Of large recoveries evenly chosen places are followed." if np.any(convergence.share < 1) else ""
+    loads = (
+        f"under the inputs of the responses {', '.join(convergence.loads)}, not notched"
+        if convergence.loads
+        else UNIT_LOADS
+    )
+    return SAYS.format(hertz(convergence.up_to), loads) + more
 
 
-def convergence_table(found: Convergence) -> Table:
+def convergence_table(convergence: Convergence) -> Table:
     """Return the table: a column for each number of modes, with the frequency up to which they reach."""
-    reach = [f" (up to {hertz(f)} Hz)" if n else "" for n, f in zip(found.count, found.frequency, strict=True)]
-    heads = [f"{n} modes{to}" for n, to in zip(found.count, reach, strict=True)]
-    rows = convergence_rows(found)
+    reach = [
+        f" (up to {hertz(f)} Hz)" if n else "" for n, f in zip(convergence.count, convergence.frequency, strict=True)
+    ]
+    heads = [f"{n} modes{to}" for n, to in zip(convergence.count, reach, strict=True)]
+    rows = convergence_rows(convergence)
     return Table(
         name="convergence-table", columns=("recovery", "method", *heads), rows=rows, forms=dict.fromkeys(heads, ".3g")
     )
 
 
-def convergence_rows(found: Convergence) -> list[list[Any]]:
+def convergence_rows(convergence: Convergence) -> list[list[Any]]:
     """Return a row for each recovery: its name, the method, the error in % with each number of modes.
 
     Examples
@@ -74,13 +82,15 @@ def convergence_rows(found: Convergence) -> list[list[Any]]:
     [['strut', 'displacement', 100.0, 1.23]]
     """
     rows = []
-    for name, method, share, error in zip(found.recoveries, found.methods, found.share, found.error, strict=True):
+    for name, method, share, error in zip(
+        convergence.recoveries, convergence.methods, convergence.share, convergence.error, strict=True
+    ):
         shown = method if share == 1 else f"{method}, {100 * share:.2g} % of its places"
         rows.append([name, shown, *(0.0 if value < FLOOR else 100 * float(value) for value in error)])
     return rows
 
 
-def convergence_plot(found: Convergence, path: Path) -> Path:
+def convergence_plot(convergence: Convergence, path: Path) -> Path:
     """Draw the error of each recovery over the number of modes.
 
     Returns
@@ -90,13 +100,13 @@ def convergence_plot(found: Convergence, path: Path) -> Path:
     """
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
-    for k, name in enumerate(found.recoveries[:CHART]):
-        shown = np.where(found.error[k] > FLOOR, 100 * found.error[k], np.nan)
+    for k, name in enumerate(convergence.recoveries[:CHART]):
+        shown = np.where(convergence.error[k] > FLOOR, 100 * convergence.error[k], np.nan)
         label = f"{name}, none" if np.all(np.isnan(shown)) else name
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=named(label), **style)
+        axes.plot(convergence.count, shown, marker="o", markersize=5, linewidth=2.0, label=named(label), **style)
     axes.set_yscale("log")
-    axes.set_xlim(-0.02 * found.count[-1], 1.02 * found.count[-1])
+    axes.set_xlim(-0.02 * convergence.count[-1], 1.02 * convergence.count[-1])
     axes.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=True))
     axes.set_xlabel("kept modes, in ascending order of frequency")
     axes.set_ylabel("error of peaks and RMS, % of the largest")

@@ -43,7 +43,7 @@ def mass_section(body: FlexibleBody) -> Section:
     """
     html = inertia_table(body).html()
     if body.n and body.at_root and body.normalised:
-        html += mass_balance(body).html() + (paragraph(ALONE) if body.modes.held is None else "")
+        html += mass_balance(body).html() + (paragraph(ALONE) if body.modes.held_mass is None else "")
     try:
         html += reaction_table(body).html()
     except InputError as why:
@@ -108,7 +108,7 @@ def mass_balance(body: FlexibleBody) -> Table:
     """Return the effective mass of the modes, what the held root has, and what is left, up to the mass of the body."""
     whole = totals(body)
     moved = (participation(body) ** 2).sum(axis=0)
-    held = body.modes.held
+    held = body.modes.held_mass
     parts = {"modes of the body": moved}
     if held is None:
         parts["not in the modes"] = whole - moved
@@ -118,15 +118,15 @@ def mass_balance(body: FlexibleBody) -> Table:
     return Table(
         name="mass-balance",
         columns=("part", *(f"{d} ({unit})" for d, unit in zip(DIRECTIONS, UNITS, strict=True))),
-        rows=[(name, *_whole(value, whole)) for name, value in parts.items()],
+        rows=[(name, *_without_noise(value, whole)) for name, value in parts.items()],
         total=("body", *whole.tolist()),
         below=[(f"{name}, %", *np.round(value, 2).tolist()) for name, value in share.items()],
         caption=HELD,
     )
 
 
-def _whole(value: np.ndarray, whole: np.ndarray) -> list[float]:
-    return np.where(np.abs(value) > NOISE * whole, value, 0.0).tolist()
+def _without_noise(value: np.ndarray, total: np.ndarray) -> list[float]:
+    return np.where(np.abs(value) > NOISE * total, value, 0.0).tolist()
 
 
 def reaction_table(body: FlexibleBody) -> Table:
@@ -147,11 +147,11 @@ def reaction_table(body: FlexibleBody) -> Table:
     return Table(name="reactions", columns=columns, rows=rows, caption=REACTIONS)
 
 
-def _rows(body: FlexibleBody, axis: str, held: list[str], found: np.ndarray) -> list[tuple[Any, ...]]:
-    names = [body.interface_name[0], *held]
+def _rows(body: FlexibleBody, axis: str, supported: list[str], reactions: np.ndarray) -> list[tuple[Any, ...]]:
+    names = [body.interface_name[0], *supported]
     arms = body.interface_position[[body.interface_name.index(name) for name in names]]
-    total = found.sum(axis=0) + np.append(np.zeros(3), np.cross(arms, found[:, :3]).sum(axis=0))
-    least = np.append(np.full(3, MESH * G * body.m), np.full(3, MESH * max(np.abs(found[:, 3:]).max(), 1e-300)))
+    total = reactions.sum(axis=0) + np.append(np.zeros(3), np.cross(arms, reactions[:, :3]).sum(axis=0))
+    least = np.append(np.full(3, MESH * G * body.m), np.full(3, MESH * max(np.abs(reactions[:, 3:]).max(), 1e-300)))
     said = ", ".join(names)
-    rows = [*zip(names, found, strict=True), *([("sum", total)] if held else [])]
+    rows = [*zip(names, reactions, strict=True), *([("sum", total)] if supported else [])]
     return [(said, axis, name, *np.where(np.abs(row) > least, row, 0.0).tolist()) for name, row in rows]

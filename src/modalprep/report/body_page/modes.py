@@ -39,8 +39,8 @@ def mode_tables(body: FlexibleBody) -> list[Table]:
     return [_shares(first, factor**2, whole, marks), _masses(short, factor**2, whole), _factors(short, factor)]
 
 
-def _shares(first: list[tuple], mass: np.ndarray, whole: np.ndarray, marks: list[str]) -> Table:
-    share = 100 * mass / np.where(whole > 0, whole, np.inf)
+def _shares(first: list[tuple], mass: np.ndarray, total: np.ndarray, marks: list[str]) -> Table:
+    share = 100 * mass / np.where(total > 0, total, np.inf)
     columns = (*FIRST, *(f"{d} %" for d in DIRECTIONS))
     return Table(
         name="modes",
@@ -55,14 +55,14 @@ def _shares(first: list[tuple], mass: np.ndarray, whole: np.ndarray, marks: list
     )
 
 
-def _masses(first: list[tuple], mass: np.ndarray, whole: np.ndarray) -> Table:
+def _masses(first: list[tuple], mass: np.ndarray, total: np.ndarray) -> Table:
     held = mass.sum(axis=0)
     return Table(
         name="effective-mass",
         columns=("mode", "Hz", *(f"{d} ({unit})" for d, unit in zip(DIRECTIONS, UNITS, strict=True))),
         rows=[(*row, *values) for row, values in zip(first, mass.tolist(), strict=True)],
         total=("sum", None, *held.tolist()),
-        below=[("body", None, *whole.tolist()), ("residual", None, *(whole - held).tolist())],
+        below=[("body", None, *total.tolist()), ("residual", None, *(total - held).tolist())],
         caption="The same in kg and kg m²; the residual is what the modes of the body do not move.",
     )
 

@@ -217,16 +217,16 @@ def requirements(verdict: Verdict) -> list[Section]:
     return [Section(title="Requirements", anchor="requirements", html=table.html())] if table.rows else []
 
 
-def checks(found: Sequence[Check]) -> list[Section]:
+def checks(results: Sequence[Check]) -> list[Section]:
     """Return the section of the physics checks, none without any."""
-    return [Section(title="Checks", anchor="checks", html=check_table(found).html())] if found else []
+    return [Section(title="Checks", anchor="checks", html=check_table(results).html())] if results else []
 
 
-def provenance(found: Mapping[str, Mapping[str, str]]) -> list[Section]:
+def provenance(sources: Mapping[str, Mapping[str, str]]) -> list[Section]:
     """Return the section of hashes, versions and sources, none without any."""
-    if not any(found.values()):
+    if not any(sources.values()):
         return []
-    return [Section(title="Provenance", anchor="provenance", html=part("provenance.html", found=found))]
+    return [Section(title="Provenance", anchor="provenance", html=part("provenance.html", found=sources))]
 
 
 def _drawn(draw: Callable[..., Path], what: Any, **options: Any) -> str:

@@ -13,7 +13,7 @@ from modalprep.vectors import UNIT, skew
 G = 9.80665  # m/s^2, standard gravity
 
 
-def gravity_reactions(body: FlexibleBody, held: Sequence[str] = ()) -> np.ndarray:
+def gravity_reactions(body: FlexibleBody, supported: Sequence[str] = ()) -> np.ndarray:
     """Return the forces and moments with which the root and further held interfaces carry the body under 1 g.
 
     The modes deflect under ``S^T g`` with the held interfaces at rest (linear statics); the root carries the rest:
@@ -24,7 +24,7 @@ def gravity_reactions(body: FlexibleBody, held: Sequence[str] = ()) -> np.ndarra
     ----------
     body : FlexibleBody
         In the frame of its root.
-    held : sequence of str
+    supported : sequence of str
         Further interfaces.
 
     Returns
@@ -51,10 +51,10 @@ def gravity_reactions(body: FlexibleBody, held: Sequence[str] = ()) -> np.ndarra
         raise InputError("reactions need a body in the frame of its root; see reroot")
     if np.any(body.K == 0):
         raise InputError("the body moves without strain, so that it has no static reactions")
-    missing = [name for name in held if name not in body.interface_name]
+    missing = [name for name in supported if name not in body.interface_name]
     if missing:
         raise InputError(f"the body has no interface {missing[0]!r}; it has {', '.join(body.interface_name)}")
-    rows = [body.interface_name.index(name) for name in held]
+    rows = [body.interface_name.index(name) for name in supported]
     other = _reactions(body, rows)
     force = -G * body.m * UNIT
     moment = -G * np.array([np.cross(body.s0, axis) for axis in UNIT])

@@ -21,7 +21,7 @@ GAP = 0.45  # between the two models, of their size: each moves by a tenth of th
 Cells = Mapping[str, np.ndarray]
 
 
-def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None = None) -> Scene:
+def draw_pairs(correlation: Correlation, analysis: ModeSet, cells: Cells, test_cells: Cells | None = None) -> Scene:
     """Return the pairs of a comparison side by side, or one above the other where the model is wide.
 
     Each test mode has the sign and the size at the sensors of its partner. On the analysis the sensors, which move as
@@ -30,7 +30,7 @@ def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: 
 
     Parameters
     ----------
-    found : Correlation
+    correlation : Correlation
     analysis : ModeSet
         On the whole mesh, the modes that were compared.
     cells : {type: (n_cells, n_nodes)}
@@ -38,13 +38,13 @@ def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: 
     test_cells : {type: (n_cells, n_nodes)}, optional
         Of a test that is a model itself.
     """
-    i, j = found.pairs.T
-    test = found.test.select(i)
-    factor = _factors(found)
+    i, j = correlation.pairs.T
+    test = correlation.test.select(i)
+    factor = _factors(correlation)
     left = analysis.shape[:, :, j]
-    moved = _completed(test, factor, left[found.node])
+    moved = _completed(test, factor, left[correlation.node])
     if test_cells is None:
-        right, parts, notes = _expanded(found, analysis, moved, factor, cells)
+        right, parts, notes = _expanded(correlation, analysis, moved, factor, cells)
     else:
         right = ModeSetPart(test.points, moved)
         parts = test_cells
@@ -59,7 +59,7 @@ def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: 
     ends = [_nearest(analysis.points, left), _nearest(right.points, right.shape)]
     marks = [ends[0][0], ends[1][0] + shift, test.points[some], test.points[some] + shift]
     return Scene(
-        name=f"{found.test.name} and {found.analysis.name}",
+        name=f"{correlation.test.name} and {correlation.analysis.name}",
         points=points,
         cells=_joined(cells, parts, len(analysis.points)),
         shape=np.concatenate([left, right.shape]),
@@ -67,7 +67,7 @@ def draw_pairs(found: Correlation, analysis: ModeSet, cells: Cells, test_cells: 
         interface_name=("analysis", "test", *[""] * (2 * len(some))),
         interface_position=np.concatenate(marks),
         phi=np.concatenate([ends[0][1], ends[1][1], moved[some], moved[some]]),
-        titles=tuple(f"pair {k}: {_title(row)}" for k, row in enumerate(found.rows(), start=1)),
+        titles=tuple(f"pair {k}: {_title(row)}" for k, row in enumerate(correlation.rows(), start=1)),
         notes=tuple(notes),
     )
 
@@ -85,11 +85,11 @@ class ModeSetPart:
     shape: np.ndarray
 
 
-def _factors(found: Correlation) -> np.ndarray:
+def _factors(correlation: Correlation) -> np.ndarray:
     """Return what brings each test mode to the sign and the size of its partner at the sensors."""
-    known = found.test.measured
-    a = found.test.shape[known][:, found.pairs[:, 0]]
-    b = found.analysis.shape[known][:, found.pairs[:, 1]]
+    known = correlation.test.measured
+    a = correlation.test.shape[known][:, correlation.pairs[:, 0]]
+    b = correlation.analysis.shape[known][:, correlation.pairs[:, 1]]
     size = np.linalg.norm(a, axis=0)
     same = np.where(np.einsum("ij,ij->j", a, b) < 0, -1.0, 1.0)
     return same * np.linalg.norm(b, axis=0) / np.where(size > 0, size, 1.0)
@@ -101,12 +101,12 @@ def _completed(test: ModeSet, factor: np.ndarray, model: np.ndarray) -> np.ndarr
     return measured if test.axes is None else np.einsum("pab,pan->pbn", test.axes, measured)
 
 
-def _expanded(found: Correlation, analysis: ModeSet, moved: np.ndarray, factor: np.ndarray, cells: Cells):
+def _expanded(correlation: Correlation, analysis: ModeSet, moved: np.ndarray, factor: np.ndarray, cells: Cells):
     """Return the test expanded to the mesh with its trace lines, its cells, and a note on how it is drawn."""
-    test = found.test.select(found.pairs[:, 0])
+    test = correlation.test.select(correlation.pairs[:, 0])
     lines = {"line": test.lines} if len(test.lines) else {}
     try:
-        whole = expand(test, found.node, analysis.select(found.pairs[:, 1]))
+        whole = expand(test, correlation.node, analysis.select(correlation.pairs[:, 1]))
     except InputError as error:
         note = f"The test is drawn by its sensors and trace lines alone, as it cannot be expanded to the mesh: {error}."
         return ModeSetPart(test.points, moved), lines, [note]

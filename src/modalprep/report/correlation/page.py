@@ -31,12 +31,12 @@ COLUMNS = (
 )
 
 
-def write_pairs_page(found: Correlation, drawn: Scene | None, path: str | Path) -> Path:
+def write_pairs_page(correlation: Correlation, drawn: Scene | None, path: str | Path) -> Path:
     """Write the page of a comparison; it is one file that loads nothing from elsewhere.
 
     Parameters
     ----------
-    found : Correlation
+    correlation : Correlation
     drawn : Scene or None
         The pairs side by side; None without pairs.
     path : path
@@ -54,26 +54,26 @@ def write_pairs_page(found: Correlation, drawn: Scene | None, path: str | Path) 
         "correlation",
         style=texts("page.css", "correlation/pairs.css"),
         script=texts("viewer.js"),
-        found=found,
+        found=correlation,
         columns=COLUMNS,
-        rows=[_cells(k, row) for k, row in enumerate(found.rows(), start=1)],
-        alone=unpaired(found),
-        worst=worst_components(found, LISTED),
+        rows=[_cells(k, row) for k, row in enumerate(correlation.rows(), start=1)],
+        alone=unpaired(correlation),
+        worst=worst_components(correlation, LISTED),
         options=[title.removeprefix("pair ") for title in drawn.titles] if drawn else [],
         scene=scene,
         scene_problem=problem,
-        mac=_picture(found),
-        smallest=f"{found.pair_mac.min():.3f}" if len(found.pairs) else "",
+        mac=_picture(correlation),
+        smallest=f"{correlation.pair_mac.min():.3f}" if len(correlation.pairs) else "",
     )
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
 
 
-def _picture(found: Correlation) -> str:
+def _picture(correlation: Correlation) -> str:
     """Return the chart of the MAC as a data address."""
     with tempfile.TemporaryDirectory() as folder:
-        data = mac_plot(found, Path(folder) / "mac.png").read_bytes()
+        data = mac_plot(correlation, Path(folder) / "mac.png").read_bytes()
     return data_address(data, "image/png")
 
 

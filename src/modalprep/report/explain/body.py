@@ -121,7 +121,7 @@ def _reach(body: FlexibleBody) -> str:
     return f"Its deflections may reach about {BEYOND * size:.2g} m, a tenth of its size; beyond, use several bodies."
 
 
-def distrust(found: Sequence[str]) -> list[str]:
+def distrust(reasons: Sequence[str]) -> list[str]:
     """Return a sentence for each reason not to trust a result, or one that there is none.
 
     Examples
@@ -129,6 +129,6 @@ def distrust(found: Sequence[str]) -> list[str]:
     >>> distrust(["its size is implausible"]), distrust([])
     (['Do not trust it blindly: its size is implausible.'], ['Nothing speaks against it: it has no warnings.'])
     """
-    if not found:
+    if not reasons:
         return ["Nothing speaks against it: it has no warnings."]
-    return [f"Do not trust it blindly: {note}." for note in found]
+    return [f"Do not trust it blindly: {note}." for note in reasons]

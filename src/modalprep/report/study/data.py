@@ -10,7 +10,7 @@ ROUND_OFF, TINY = 1e-9, 1e-12  # of a number, and of zero
 DIGITS = ".8g"  # of numbers on the page; the files beside it have them all
 
 
-def page_data(columns: Mapping[str, Sequence[Any]], more: Mapping[str, Any], pages: Sequence[str] = ()) -> str:
+def page_data(columns: Mapping[str, Sequence[Any]], settings: Mapping[str, Any], pages: Sequence[str] = ()) -> str:
     r"""Return the columns, the pages of each job and what else a page reads, as JSON that may stand inside a script.
 
     Examples
@@ -20,7 +20,7 @@ def page_data(columns: Mapping[str, Sequence[Any]], more: Mapping[str, Any], pag
     "pages": {"name": "pages", "texts": ["", "body log", "log"], "index": [1,2]}, "shown": ["\u003c/script>"]}
     """
     found = ",".join(_column(name, values) for name, values in columns.items())
-    rest = "".join(f", {json.dumps(key)}: {json.dumps(value)}" for key, value in more.items())
+    rest = "".join(f", {json.dumps(key)}: {json.dumps(value)}" for key, value in settings.items())
     return f'{{"columns": [{found}], "pages": {_column("pages", pages)}{rest}}}'.replace("<", "\\u003c")
 
 

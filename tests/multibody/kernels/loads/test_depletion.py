@@ -65,7 +65,7 @@ def test_energy_leaves_with_the_mass(seed):
     _, energies, loading = order_n(system, y, T)
 
     def energy(t):
-        at = system.at(t)
+        at = system.with_masses_at(t)
         found = energy_and_momentum(system.gravity, body_states(at, pack(at), y, loading.motion))
         return found["kinetic"] + found["gravity"]
 
@@ -118,7 +118,7 @@ def test_uniform_depletion_keeps_shapes_and_raises_frequencies():
     )
     wall = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
     system = mp.System(bodies={"beam": full}, joints=(wall,), depletions=(fuel,))
-    for each in (system, system.conventional(), system.ruthless(), system.at(2.0).conventional()):
+    for each in (system, system.conventional(), system.ruthless(), system.with_masses_at(2.0).conventional()):
         assert mp.system_modes(each, t=2.0).frequency == pytest.approx(full.frequency * np.sqrt(2), rel=1e-10)
 
 

@@ -43,7 +43,7 @@ def boundary(deck: Deck, block: Block) -> None:
     if "SUBMODEL" in block.options:
         block.refuse("of a submodel is not read; hold its nodes by their numbers")
     if block.step and block.choice("OP") == "NEW":
-        deck.held.clear()
+        deck.fixed.clear()
     for row in block.rows:
         nodes = deck.nodes_of(row, block.scope, row.text(0))
         word = row.text(1).upper()
@@ -56,7 +56,7 @@ def boundary(deck: Deck, block: Block) -> None:
         if row.text(3) and row.real(3, "a displacement"):
             deck.skipped.append(("displacement in *BOUNDARY, which is held at zero", f"line {row.line}"))
         for node in nodes:
-            deck.held.setdefault(node, set()).update(held)
+            deck.fixed.setdefault(node, set()).update(held)
 
 
 def equation(deck: Deck, block: Block) -> None:
@@ -243,9 +243,9 @@ def _rotation_node(deck: Deck, block: Block, reference: int) -> None:
 def turn_rotation_nodes(deck: Deck) -> None:
     """Hold and join the rotations of the reference nodes in place of the displacements of their ROT NODE."""
     for node, reference in deck.current.get("rotation nodes", {}).items():
-        held = {c + 3 for c in deck.held.pop(node, set()) if c < 3}
+        held = {c + 3 for c in deck.fixed.pop(node, set()) if c < 3}
         if held:
-            deck.held.setdefault(reference, set()).update(held)
+            deck.fixed.setdefault(reference, set()).update(held)
         for k, (terms, name) in enumerate(deck.equations):
             own = [(reference, c + 3, f) if n == node and c < 3 else (n, c, f) for n, c, f in terms]
             deck.equations[k] = own, name

@@ -68,7 +68,7 @@ class Deck:
     axes: dict[int, np.ndarray] = field(default_factory=dict)  # of the components at a node, by *TRANSFORM
     links: list[Link] = field(default_factory=list)
     equations: list[tuple[list[tuple[int, int, float]], str]] = field(default_factory=list)
-    held: dict[int, set[int]] = field(default_factory=dict)  # components 0 to 5 by node
+    fixed: dict[int, set[int]] = field(default_factory=dict)  # components 0 to 5 by node
     notes: list[str] = field(default_factory=list)
     skipped: list[tuple[str, str]] = field(default_factory=list)
     current: dict[str, Any] = field(default_factory=dict)  # what the keywords that follow add to

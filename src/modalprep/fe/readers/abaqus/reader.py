@@ -201,7 +201,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
 
 def _free_held_means(deck: Deck) -> None:
     """Write couplings to a mean as equations where a support holds their node, which then cannot follow."""
-    for link in [link for link in deck.links if link.kind == "rbe3" and link.node in deck.held]:
+    for link in [link for link in deck.links if link.kind == "rbe3" and link.node in deck.fixed]:
         deck.links.remove(link)
         name = f"*DISTRIBUTING of node {deck.label(link.node)}"
         deck.equations += [(terms, name) for terms in mean_terms(deck, link)]
@@ -219,20 +219,20 @@ def _equations(deck: Deck, place: np.ndarray, turning: set[int]) -> Iterator[Equ
 
 def _name_supports(deck: Deck) -> None:
     """Make the nodes that are held a group, and say that they are free without a word of the user."""
-    if not deck.held:
+    if not deck.fixed:
         return
-    deck.members("NSET", "", BOUNDARY).extend(deck.keys[node] for node in sorted(deck.held))
+    deck.members("NSET", "", BOUNDARY).extend(deck.keys[node] for node in sorted(deck.fixed))
     deck.note(
-        f"*BOUNDARY holds {len(deck.held)} nodes where a support names the set {BOUNDARY!r}, and nothing without it"
+        f"*BOUNDARY holds {len(deck.fixed)} nodes where a support names the set {BOUNDARY!r}, and nothing without it"
     )
 
 
 def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
     """Return what the deck holds as the set `boundary`."""
-    if not deck.held:
+    if not deck.fixed:
         return {}
-    held = sorted(deck.held, key=lambda node: int(place[node]))
-    components = np.array([[c in deck.held[node] for c in range(6)] for node in held])
+    held = sorted(deck.fixed, key=lambda node: int(place[node]))
+    components = np.array([[c in deck.fixed[node] for c in range(6)] for node in held])
     axes = np.array([deck.axes.get(node, np.eye(3)) for node in held]) if deck.axes else np.zeros((0, 3, 3))
     return {BOUNDARY: SupportSet(nodes=place[held], components=components, axes=axes)}
 

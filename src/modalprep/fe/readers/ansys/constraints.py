@@ -27,7 +27,7 @@ def add_constraints(b: Builder) -> None:
 
 def _add_supports(b: Builder) -> None:
     held: dict[int, np.ndarray] = {}
-    for entry in b.deck.held:
+    for entry in b.deck.fixed:
         if entry.node not in b.row:
             raise InputError(f"mesh file {b.deck.path}, line {entry.line}: D: node {entry.node} is not in the deck")
         components = held.setdefault(b.row[entry.node], np.zeros(6, dtype=bool))

@@ -44,7 +44,7 @@ class SectionData:
     offset: tuple[float, float] = (0.0, 0.0)
 
 
-class Held(NamedTuple):
+class FixedDof(NamedTuple):
     """One DOF of a node that D holds at a value."""
 
     node: int
@@ -68,7 +68,7 @@ class Deck:
     systems: dict[int, System] = field(default_factory=dict)
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     element_sets: dict[str, list[int]] = field(default_factory=dict)
-    held: list[Held] = field(default_factory=list)
+    fixed: list[FixedDof] = field(default_factory=list)
     equations: dict[int, dict[str, Any]] = field(default_factory=dict)
     couples: dict[int, dict[str, Any]] = field(default_factory=dict)
     attributes: dict[str, int] = field(default_factory=dict)  # of the elements that follow

@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.fe.readers.ansys.blocks import element_rows, integers, members, node_rows, real_sets
 from modalprep.fe.readers.ansys.commands import Command, number
-from modalprep.fe.readers.ansys.deck import Deck, Element, ElementType, Held, SectionData
+from modalprep.fe.readers.ansys.deck import Deck, Element, ElementType, FixedDof, SectionData
 from modalprep.fe.readers.ansys.systems import axes_of, local_system
 
 ATTRIBUTES = {"TYPE": "type", "MAT": "material", "REAL": "real", "SECN": "section", "ESYS": "system"}
@@ -293,11 +293,11 @@ def switch(deck: Deck, command: Command) -> None:
 def support(deck: Deck, command: Command) -> None:
     """D: one DOF of a node, held or moved."""
     label = command.text(2)
-    found = Held(command.integer(1, "node"), label, command.real(3, "value", 0.0), command.line)
+    found = FixedDof(command.integer(1, "node"), label, command.real(3, "value", 0.0), command.line)
     if label in DOFS or label == "ALL":
-        deck.held.append(found)
+        deck.fixed.append(found)
     labels = [command.text(k) for k in range(7, 12) if command.text(k)]
-    deck.held += [found._replace(label=other) for other in labels if other in DOFS]
+    deck.fixed += [found._replace(label=other) for other in labels if other in DOFS]
 
 
 DOFS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")

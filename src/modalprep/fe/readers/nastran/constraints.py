@@ -102,29 +102,31 @@ def _named(card: Card, found: Iterable[tuple[int, str]]) -> Named:
     return [(node, int(digit) - 1) for node, text in found if text for digit in sorted(digits_of(card, text))]
 
 
-def _rigid(b: Builder, card: Card, free: Named, held: Named) -> None:
-    """Add a rigid body whose motion the six components `free` determine and the components `held` follow."""
-    if len(free) != 6 or set(free) & set(held) or not held:
+def _rigid(b: Builder, card: Card, independent: Named, dependent: Named) -> None:
+    """Add a rigid body: its motion is that of the six `independent` components, the `dependent` ones follow it."""
+    if len(independent) != 6 or set(independent) & set(dependent) or not dependent:
         raise card.error(
-            f"it has {len(free)} independent and {len(held)} dependent components; give six that are independent, and "
-            "others that depend"
+            f"it has {len(independent)} independent and {len(dependent)} dependent components; give six that are "
+            "independent, and others that depend"
         )
-    nodes = {node for node, _ in free}
-    if len(nodes) == 1 and nodes.isdisjoint(node for node, _ in held):
-        others = list(dict.fromkeys(node for node, _ in held))
-        mask = np.array([[(node, c) in held for c in range(6)] for node in others])
+    nodes = {node for node, _ in independent}
+    if len(nodes) == 1 and nodes.isdisjoint(node for node, _ in dependent):
+        others = list(dict.fromkeys(node for node, _ in dependent))
+        mask = np.array([[(node, c) in dependent for c in range(6)] for node in others])
         rigid_link(b, card, nodes.pop(), others, mask)
         return
     points = b.grids.points * b.units.length
-    centre = points[[node for node, _ in free]].mean(axis=0)
-    size = np.abs(points[[node for node, _ in free + held]] - centre).max() or 1.0
-    motion, own = (np.array([_row(b, points[n] - centre, n, c, size) for n, c in named]) for named in (free, held))
+    centre = points[[node for node, _ in independent]].mean(axis=0)
+    size = np.abs(points[[node for node, _ in independent + dependent]] - centre).max() or 1.0
+    motion, own = (
+        np.array([_row(b, points[n] - centre, n, c, size) for n, c in named]) for named in (independent, dependent)
+    )
     if np.linalg.svd(motion, compute_uv=False)[-1] < SINGULAR:
         raise card.error("its six independent components do not determine a rigid motion; choose others")
-    for (node, component), row in zip(held, np.linalg.solve(motion.T, own.T).T, strict=True):
-        scale = [1.0 if c < 3 else size for _, c in free]
+    for (node, component), row in zip(dependent, np.linalg.solve(motion.T, own.T).T, strict=True):
+        scale = [1.0 if c < 3 else size for _, c in independent]
         terms = [(node, component, 1.0 if component < 3 else size)]
-        terms += [(n, c, -v * s) for (n, c), v, s in zip(free, row, scale, strict=True) if abs(v) > SINGULAR]
+        terms += [(n, c, -v * s) for (n, c), v, s in zip(independent, row, scale, strict=True) if abs(v) > SINGULAR]
         axes = {n: b.grids.displacement(n) for n, _, _ in terms}
         b.equations.append(Equation.of_terms(terms, length=1.0, name=place_of(card), axes=axes))
 

@@ -34,7 +34,7 @@ class Grids:
         Ascending.
     points : (n, 3) float
     systems : {id: System}
-    held : {row: str}
+    fixed : {row: str}
         Components of the permanent constraints PS.
     """
 
@@ -52,7 +52,7 @@ class Grids:
         self.cd = np.array([card.integer(5, "CD", cd, lowest=FLUID) for card in cards])
         self.points = np.array([[card.real(k, f"X{k - 1}", 0.0) for k in (2, 3, 4)] for card in cards])
         held = {i: card.text(6) or ps for i, card in enumerate(cards) if self.cd[i] != FLUID}
-        self.held = {i: components for i, components in held.items() if components not in ("", "0")}
+        self.fixed = {i: components for i, components in held.items() if components not in ("", "0")}
         self.scalar = _scalar_points(tables)
         self.systems = {0: BASIC}
         self._resolve(dict(tables.get("system", {})))

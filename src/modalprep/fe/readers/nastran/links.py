@@ -98,7 +98,7 @@ def add_node_sets(b: Builder) -> None:
 def _supports(b: Builder) -> dict[str, dict[int, set[str]]]:
     """Return which components of which grids each set holds."""
     found: dict[str, dict[int, set[str]]] = {"grid_ps": {}}
-    for node, text in b.grids.held.items():
+    for node, text in b.grids.fixed.items():
         found["grid_ps"][node] = digits_of(b.grids.cards[node], text)
     for card in (card for name in SUPPORTS for card in b.tables.get(name, {}).values()):
         held = found.setdefault(f"spc_{card.id}", {})
@@ -126,19 +126,19 @@ def _held_by(b: Builder, card: Card) -> Iterator[tuple[int, str]]:
         yield number, card.text(k + 1)
 
 
-def _support_set(b: Builder, held: dict[int, set[str]]) -> SupportSet:
-    nodes = sorted(held)
+def _support_set(b: Builder, fixed: dict[int, set[str]]) -> SupportSet:
+    nodes = sorted(fixed)
     return SupportSet(
         nodes=np.array(nodes),
-        components=np.array([[c in held[node] for c in "123456"] for node in nodes]),
+        components=np.array([[c in fixed[node] for c in "123456"] for node in nodes]),
         axes=np.array([b.grids.displacement(node) for node in nodes]),
     )
 
 
-def _by_components(b: Builder, label: str, held: dict[int, set[str]]) -> Iterator[tuple[str, int]]:
+def _by_components(b: Builder, label: str, fixed: dict[int, set[str]]) -> Iterator[tuple[str, int]]:
     """Yield the groups and their grids: those held in some components only are apart, because interfaces hold six."""
     apart: dict[str, list[int]] = {}
-    for node, components in sorted(held.items()):
+    for node, components in sorted(fixed.items()):
         if len(components) == 6:
             yield label, node
         else:

@@ -19,7 +19,7 @@ WIDEST_GAP = max(b - a for a, b in pairwise(NODES))
 SURVEY, SHORTEST = 1e-3, 1e-6  # of the run: time between two looks, longest (where nothing bounds a function), shortest
 AT_ONCE = 1e-14  # events no further apart, relative to the time, come at the same time
 NEAR = 1e-12  # so near to an event, relative to the time, an event that is not looked for comes at the same time
-LEFT = 1e-300  # event function just after its event, on the side to which the motion goes
+JUST_AFTER = 1e-300  # event function just after its event, on the side to which the motion goes
 
 
 class Node(NamedTuple):
@@ -125,7 +125,7 @@ class EventSearch:
         for e, sign in self.signs.items():
             if self.armed(e) and self.before.values[e] == values[e]:
                 returns = self.functions[e].event.impacts and not self.functions[e].is_of_time(t)
-                self.before.values[e] = (-sign if returns else sign) * LEFT
+                self.before.values[e] = (-sign if returns else sign) * JUST_AFTER
                 self.left.add(e)
 
     def at_once(self) -> list[Event]:
