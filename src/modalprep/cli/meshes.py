@@ -118,6 +118,9 @@ def init(
     mass_unit: Annotated[
         str | None, typer.Option("--mass-unit", help="Mass unit of the materials of a deck, such as t with mm.")
     ] = None,
+    dialect: Annotated[
+        str | None, typer.Option("--dialect", help="Of an .inp deck that does not tell itself: abaqus or calculix.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -126,6 +129,7 @@ def init(
     The part is a mesh, a deck or a CAD file, whose groups, sets, openings and plane faces are listed, or a body that
     another program has reduced. A second file is a system in which the part swings as a pendulum.
     """
+    from modalprep.fe.readers.abaqus.dialect import dialect_of
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.init.reduced import is_reduced
     from modalprep.pipeline.init.write import init_pipeline, rows
@@ -135,10 +139,12 @@ def init(
     reporter = Reporter(quiet=as_json)
     units = {"length_unit": length_unit, "mass_unit": mass_unit}
     if is_reduced(file):
-        _refuse_mesh_options(file, material, size)
+        _refuse_mesh_options(file, material, size, dialect)
         _init_reduced(file, target, units, force, reporter, as_json)
         return
-    found, written = init_pipeline(file, target, material=material, size=size, force=force, **units)
+    found, written = init_pipeline(
+        file, target, material=material, size=size, dialect=dialect_of(dialect), force=force, **units
+    )
     survey_table(*rows(found), reporter.console)
     for note in found.notes:
         reporter.note(note)
@@ -168,10 +174,10 @@ def _init_reduced(
     _say_next(written, reporter)
 
 
-def _refuse_mesh_options(file: Path, material: str | None, size: float | None) -> None:
+def _refuse_mesh_options(file: Path, material: str | None, size: float | None, dialect: str | None) -> None:
     from modalprep.errors import InputError
 
-    for option, value in (("--material", material), ("--size", size)):
+    for option, value in (("--material", material), ("--size", size), ("--dialect", dialect)):
         if value is not None:
             raise InputError(f"{option} is of meshes, and {file} holds a reduced body; leave it out")
 

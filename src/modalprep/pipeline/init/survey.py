@@ -15,6 +15,7 @@ from modalprep.fe.features.planes import PlaneFace, plane_faces
 from modalprep.fe.features.skin import named_patches, skin_of
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.fe.readers.cad import CAD
 from modalprep.pipeline.init.interfaces import proposals
 from modalprep.pipeline.init.proposal import Proposal
@@ -69,7 +70,11 @@ class Survey(Record):
 
 
 def survey(
-    file: Path, length_unit: str | None = None, mass_unit: str | None = None, size: float | None = None
+    file: Path,
+    length_unit: str | None = None,
+    mass_unit: str | None = None,
+    size: float | None = None,
+    dialect: Dialect | None = None,
 ) -> Survey:
     """Read a mesh, a deck or a CAD file and find what a first pipeline file needs.
 
@@ -78,7 +83,7 @@ def survey(
     InputError
         When the file cannot be read, or has no elements of structure.
     """
-    read = read_with_units(file, length_unit, mass_unit, size)
+    read = read_with_units(file, length_unit, mass_unit, size, dialect)
     mesh = read.mesh
     skin = skin_of(read.mesh)
     if not any(cell_dimension(kind) for kind in mesh.cells):

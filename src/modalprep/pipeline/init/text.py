@@ -64,6 +64,8 @@ def _mesh(survey: Survey, target: Path) -> str:
     lines.append(f'length_unit = "{read.length_unit}"  # {read.why}')
     if read.mass_unit is not None and survey.mesh.properties:
         lines.append(f'mass_unit = "{read.mass_unit}"  # of the materials of the deck')
+    if read.dialect is not None:
+        lines.append(f'dialect = "{read.dialect}"')
     if read.size is not None:  # of a CAD file
         lines.append(
             f"size = {number(read.size, read.size)}  # edge of an element; halve it to see what the mesh changes"

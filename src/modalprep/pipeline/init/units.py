@@ -11,6 +11,7 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.plausible import COMMON, LONG, SHORT, implausible_sections
+from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.fe.readers.cad import BREP, CAD, cad_measures
 from modalprep.fe.readers.deck_format import deck_format
 from modalprep.fe.readers.gmsh_session import TETRAHEDRA
@@ -41,6 +42,8 @@ class Read(Record):
         Of a deck.
     size : float or None
         Of the elements of a CAD file, in its unit of length.
+    dialect : {"abaqus", "calculix"} or None
+        Of an .inp deck, where it was given.
     """
 
     mesh: Mesh
@@ -48,9 +51,16 @@ class Read(Record):
     why: str
     mass_unit: str | None = None
     size: float | None = None
+    dialect: Dialect | None = None
 
 
-def read_with_units(path: Path, length_unit: str | None, mass_unit: str | None, size: float | None) -> Read:
+def read_with_units(
+    path: Path,
+    length_unit: str | None,
+    mass_unit: str | None,
+    size: float | None,
+    dialect: Dialect | None = None,
+) -> Read:
     """Read a file in the given units, or in those in which its numbers are plausible.
 
     Raises
@@ -64,7 +74,9 @@ def read_with_units(path: Path, length_unit: str | None, mass_unit: str | None, 
     if size is not None:
         raise InputError(f"mesh file {path}: --size is for CAD files, this mesh has its elements; leave it out")
     if deck_format(path) is not None:
-        return _deck(path, length_unit, mass_unit)
+        return _deck(path, length_unit, mass_unit, dialect)
+    if dialect is not None:
+        raise InputError(f"mesh file {path}: --dialect is for decks of Abaqus and CalculiX; leave it out")
     mesh = read_mesh(path, length_unit or "m")
     if length_unit is not None:
         return Read(mesh=mesh, length_unit=length_unit, why="as given")
@@ -124,18 +136,18 @@ def _cad(path: Path, length_unit: str | None, size: float | None) -> Read:
     return Read(mesh=read_mesh(path, unit, size=size), length_unit=unit, why=why, size=size)
 
 
-def _deck(path: Path, length_unit: str | None, mass_unit: str | None) -> Read:
+def _deck(path: Path, length_unit: str | None, mass_unit: str | None, dialect: Dialect | None) -> Read:
     if length_unit is not None:
         mass = mass_unit or MASSES[length_unit]
-        mesh = read_mesh(path, length_unit, mass)
-        return Read(mesh=mesh, length_unit=length_unit, why="as given", mass_unit=mass)
+        mesh = read_mesh(path, length_unit, mass, dialect=dialect)
+        return Read(mesh=mesh, length_unit=length_unit, why="as given", mass_unit=mass, dialect=dialect)
     trials = []
     for unit, mass in GUESSES:
-        mesh = read_mesh(path, unit, mass_unit or mass)
+        mesh = read_mesh(path, unit, mass_unit or mass, dialect=dialect)
         odd = implausible_sections(mesh.properties, extent(mesh))
         uncommon = not COMMON[0] <= extent(mesh) <= COMMON[1]
         why = _why(unit, extent(mesh) / LENGTH_UNITS[unit], "" if odd or not mesh.properties else PLAUSIBLE)
-        read = Read(mesh=mesh, length_unit=unit, why=why, mass_unit=mass_unit or mass)
+        read = Read(mesh=mesh, length_unit=unit, why=why, mass_unit=mass_unit or mass, dialect=dialect)
         trials.append((len(odd), uncommon, len(trials), read))
         if not odd and not uncommon:
             break

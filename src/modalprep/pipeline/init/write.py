@@ -11,6 +11,7 @@ from modalprep.atomic import atomic_path, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.pipeline.building.model import assemble_pipeline
 from modalprep.pipeline.building.sources import refuse_overwriting
 from modalprep.pipeline.init.interfaces import without
@@ -30,6 +31,7 @@ def init_pipeline(
     size: float | None = None,
     length_unit: str | None = None,
     mass_unit: str | None = None,
+    dialect: Dialect | None = None,
     force: bool = False,
 ) -> tuple[Survey, list[Path]]:
     """Write a pipeline file for a mesh, a deck or a CAD file, and beside it one of a pendulum.
@@ -45,6 +47,8 @@ def init_pipeline(
         Of the elements of a CAD file, in `length_unit`.
     length_unit, mass_unit : str, optional
         Guessed without.
+    dialect : {"abaqus", "calculix"}, optional
+        Of an .inp deck, where it does not tell itself.
     force : bool
         Whether files may be replaced.
 
@@ -61,7 +65,7 @@ def init_pipeline(
     target = target or Path(f"{file.stem}.toml")
     _refuse_present(_files(target), file, force)
     chosen = chosen_material(material)
-    found = survey(file, length_unit, mass_unit, size)
+    found = survey(file, length_unit, mass_unit, size, dialect)
     found, text, model = _that_assembles(found, target, chosen, material is not None)
     texts = [text] if model is None else [text, pendulum_text(found, target, model)]
     return found, written_files(file, target, texts, force)

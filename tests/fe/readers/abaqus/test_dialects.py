@@ -7,6 +7,7 @@ import pytest
 from fe.abaqus_decks import BEAM, NODES, SECTION, STEEL, E, G, displacements
 
 import modalprep as mp
+from modalprep.cli import main
 from modalprep.pipeline.building.model import read_pipeline_mesh
 from modalprep.pipeline.schema.load import load
 
@@ -90,12 +91,41 @@ def test_the_pipeline_file_says_the_dialect(tmp_path):
     assert mesh.properties["b"].A == pytest.approx(math.pi * 0.05**2, rel=1e-12)
 
 
+def test_a_first_pipeline_file_has_the_dialect(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "beam.inp").write_text(BEAM + CIRC.format("0.05") + STEEL)
+    assert main(["init", "beam.inp", "--length-unit", "m"]) == 2
+    assert "or --dialect" in " ".join(capsys.readouterr().err.split())
+    assert main(["init", "beam.inp", "--length-unit", "m", "--dialect", "ccx"]) == 2
+    assert main(["init", "beam.inp", "--length-unit", "m", "--dialect", "calculix"]) == 0
+    assert read_pipeline_mesh(load(tmp_path / "beam.toml")).properties["b"].A == pytest.approx(math.pi * 0.05**2 / 4)
+
+
 def test_one_thickness_of_calculix_is_that_of_both_directions(read):
     """CalculiX 2.20: RECT of .05 alone has the frequencies of a square."""
     text = BEAM + SECTION.replace(".02, .05", ".02") + STEEL
     assert read(text, dialect="calculix").properties["b"].A == pytest.approx(4e-4, rel=1e-12)
     with pytest.raises(mp.InputError, match="size 2 of RECT"):
         read(text)
+
+
+NORMALS = ["1, 1, 0, 1, 0\n2, 2, 0, 2, 0\n", "b, 1, 0, 1, 0\n", "b, 1, .3, 1, -.2\nb, 2, .3, 1, .2\n"]
+
+
+@pytest.mark.parametrize("lines", NORMALS)
+def test_normals_of_beams_are_axis_2_in_abaqus(read, lines):
+    """A normal takes the place of t x n1, as far as it stands across the beam."""
+    text = BEAM + SECTION + STEEL
+    turned = read(text + "*NORMAL\n" + lines)
+    np.testing.assert_allclose(np.abs(turned.data["up"]["line"]), [[0, 1, 0]] * 2, atol=1e-12)
+    for plain in (read(text), read(text + "*NORMAL\n" + lines, dialect="calculix")):
+        np.testing.assert_allclose(np.abs(plain.data["up"]["line"]), [[0, 0, 1]] * 2, atol=1e-12)
+    assert plain.notes == ("left out: 1 *NORMAL (line 16); model them otherwise where they matter",)
+
+
+def test_normals_along_a_beam_are_refused(read):
+    with pytest.raises(mp.InputError, match="a direction n1 along it"):
+        read(BEAM + SECTION + STEEL + "*NORMAL\n1, 1, 1, 0, 0\n")
 
 
 @pytest.mark.parametrize(("option", "centroid"), [("OFFSET1", (0, -0.01, 0)), ("OFFSET2", (0, 0, -0.025))])

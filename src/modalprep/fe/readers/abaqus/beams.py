@@ -154,6 +154,8 @@ def _direct(deck: Deck, block: Block, key: Key, n1: np.ndarray, angle: float) ->
     for kind, row in element.cells:
         a, b = (deck.points[i] for i in deck.cells[kind][row])
         own = deck.points[element.extra[0]] - deck.points[element.nodes[0]] if element.extra else n1
+        if given := deck.current.get("normals", {}).get(key):
+            own = np.cross(np.sum(given, axis=0), b - a)
         n2 = np.cross(b - a, own)
         if not np.linalg.norm(n2) > 1e-6 * np.linalg.norm(b - a) * np.linalg.norm(own):
             block.refuse(f"gives element {key[1]} a direction n1 along it; give another in its second line")
@@ -161,6 +163,21 @@ def _direct(deck: Deck, block: Block, key: Key, n1: np.ndarray, angle: float) ->
         across = np.cross(n2, b - a)
         across = across / np.linalg.norm(across)
         deck.put("up", (kind, row), math.cos(angle) * n2 - math.sin(angle) * across)
+
+
+def normal(deck: Deck, block: Block) -> None:
+    """``*NORMAL`` of Abaqus: axis 2 of beams at a node of an element; the mean of its nodes holds for an element."""
+    if block.choice("TYPE", "ELEMENT") != "ELEMENT" or deck.spoken.dialect == "calculix":
+        deck.skipped.append(("*NORMAL", f"line {block.line}"))
+        return
+    normals = deck.current.setdefault("normals", {})
+    for row in block.rows:
+        own = np.array(row.reals(2, 3, "a direction"))
+        for key in deck.elements_of(row, block.scope, row.text(0)):
+            if deck.elements[key].family == "beam":
+                normals.setdefault(key, []).append(deck.turned(block.scope, own / (np.linalg.norm(own) or 1.0)))
+            else:
+                deck.skipped.append(("*NORMAL of elements that are no beams", f"line {row.line}"))
 
 
 def transverse_shear(deck: Deck, block: Block) -> None:

@@ -59,12 +59,12 @@ class Spoken(NamedTuple):
         if self.dialect is None:
             block.refuse(
                 f"{what}, and the deck does not tell which of them wrote it{self.proof and f' ({self.proof})'}; "
-                'give dialect = "abaqus" or "calculix" in [mesh]'
+                'give dialect = "abaqus" or "calculix" in [mesh], or --dialect'
             )
         return self.dialect
 
 
-def spoken(blocks: list[Block], given: Dialect | None) -> Spoken:
+def spoken(blocks: list[Block], given: str | None) -> Spoken:
     """Return the dialect that is given, or that the blocks of a deck prove.
 
     Examples
@@ -74,9 +74,8 @@ def spoken(blocks: list[Block], given: Dialect | None) -> Spoken:
     >>> spoken([beam], None)
     Spoken(dialect='calculix', proof='TYPE=B32R in line 7')
     """
-    if given is not None:
-        refuse_unknown(given, get_args(Dialect), "dialect of a deck:")
-        return Spoken(given, "as given")
+    if (dialect := dialect_of(given)) is not None:
+        return Spoken(dialect, "as given")
     found: dict[Dialect, str] = {}
     for block in blocks:
         for dialect, proof in _proofs(block):
@@ -84,6 +83,24 @@ def spoken(blocks: list[Block], given: Dialect | None) -> Spoken:
     if len(found) == 1:
         return Spoken(*found.popitem())
     return Spoken(None, f"{found['abaqus']} is of Abaqus, {found['calculix']} of CalculiX" if found else "")
+
+
+def dialect_of(name: str | None) -> Dialect | None:
+    """Return the dialect of a name.
+
+    Raises
+    ------
+    InputError
+        When there is none of this name.
+
+    Examples
+    --------
+    >>> dialect_of("calculix")
+    'calculix'
+    """
+    if name is not None:
+        refuse_unknown(name, get_args(Dialect), "dialect of a deck:")
+    return next((dialect for dialect in get_args(Dialect) if dialect == name), None)
 
 
 def _proofs(block: Block) -> Iterator[tuple[Dialect, str]]:

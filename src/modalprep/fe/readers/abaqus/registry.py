@@ -36,6 +36,11 @@ MATERIALS = {
 AXES = {
     "ORIENTATION": Entry("read", "By coordinates or a distribution.", materials.orientation),
     "TRANSFORM": Entry("read", "For supports, equations and springs.", materials.transform),
+    "NORMAL": Entry(
+        "approximated",
+        "Axis 2 of beams of Abaqus, the mean of the nodes of an element; left out with a note for shells and CalculiX.",
+        beams.normal,
+    ),
 }
 SECTIONS = {
     "SOLID SECTION": Entry("read", "Of volumes and trusses.", sections.solid_section),
