@@ -58,7 +58,7 @@ class GeometricStiffness:
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
         """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
-        total = self.pattern.csr(self._over_dofs(self.blocks, d[:, None])[:, 0])
+        total = self.pattern.csr(over_dofs(self.blocks, self.pattern, self.dof, d[:, None])[:, 0])
         return (total + self.links(d, load)).tocsr()
 
     def energy(self, d: np.ndarray) -> float:
@@ -88,7 +88,7 @@ class GeometricStiffness:
             for some, part in _shared(run, self.pattern.graph, self.dof[:, :3], static, active, Phi):
                 out[some] += part
         if other:
-            run = partial(self._over_dofs, other)
+            run = partial(over_dofs, other, self.pattern, self.dof)
             dofs = np.arange(len(Phi))[:, None]
             for some, part in _shared(run, self.pattern, dofs, static, active, Phi):
                 out[some] += part
@@ -107,15 +107,16 @@ class GeometricStiffness:
                 self.pattern.add_scalar(data, piece.nodes, pairs_of(self.pattern.graph, piece.nodes), values)
         return data
 
-    def _over_dofs(self, blocks: list[Block], d: np.ndarray) -> np.ndarray:
-        """Return the data ``(nnz, k)`` over DOFs of any blocks, for the displacements ``d (n_dof, k)``."""
-        data = np.array([self.pattern.zeros() for _ in range(d.shape[1])])
-        for block in blocks:
-            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1, d.shape[1])
-            pairs = pairs_of(self.pattern.graph, block.nodes)
-            for k, values in enumerate(block.geometric_stiffnesses(own)):
-                self.pattern.add(data[k : k + 1], block.nodes, pairs, values[:, None])
-        return np.ascontiguousarray(data.T)
+
+def over_dofs(blocks: list[Block], pattern: Pattern, dof: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Return the entries ``(nnz, k)`` on a pattern of the geometric stiffness of displacements ``d (n_dof, k)``."""
+    data = np.array([pattern.zeros() for _ in range(d.shape[1])])
+    for block in blocks:
+        own = d[dof[block.nodes, : block.components]].reshape(len(block.nodes), -1, d.shape[1])
+        pairs = pairs_of(pattern.graph, block.nodes)
+        for k, values in enumerate(block.geometric_stiffnesses(own)):
+            pattern.add(data[k : k + 1], block.nodes, pairs, values[:, None])
+    return np.ascontiguousarray(data.T)
 
 
 def _shared(matrices, pattern, dofs, static, active, Phi) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -138,16 +138,6 @@ def spread_scalar(lo, hi, scalar, indptr, column, row, data):
 
 
 @compile_allocating
-def diagonal(lo, hi, indptr, neighbour, column, row, width, data, out):
-    """Diagonal ``out (n_nodes, 6)`` of a matrix whose rows are DOFs, 0 where a node has none."""
-    for node in range(lo, hi):
-        if indptr[node] < indptr[node + 1]:
-            place = column[_find(neighbour, indptr[node], indptr[node + 1], node)]
-            for a in range(width[node]):
-                out[node, a] = data[row[node, a] + place + a]
-
-
-@compile_allocating
 def _find(sorted_array, lo, hi, wanted):
     left = hi - lo
     while left > 1:  # without a branch that the processor could mispredict

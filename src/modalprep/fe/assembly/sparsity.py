@@ -10,7 +10,6 @@ from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.sparse_kernels import (
     column_numbers,
-    diagonal,
     find_pairs,
     scatter,
     scatter_blocks,
@@ -82,13 +81,6 @@ class Pattern:
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
         in_threads(spread_scalar, len(self.row), scalar, self.graph.indptr, self.column, self.row, data, least=LIGHT)
-
-    def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
-        """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
-        out = np.zeros(dof.shape)
-        width = np.sum(dof >= 0, axis=1)
-        in_threads(diagonal, len(self.row), *self.place, width, data, out, least=LIGHT)
-        return out[dof >= 0]
 
     def csr(self, data: np.ndarray) -> csr_array:
         """Return the matrix; its arrays are shared."""

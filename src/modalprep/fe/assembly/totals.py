@@ -154,8 +154,12 @@ class Totals:
         scatter_rows(dofs, mass.g.reshape(len(dofs), 3), self.g)
         scatter_rows(dofs, mass.h.reshape(len(dofs), 9), self.h)
 
+    def stiffness(self) -> csr_array:
+        """Return K of all elements."""
+        return self.pattern.csr(self.K)
+
     def mass(self) -> csr_array:
-        """Return M of all elements."""
+        """Return M of all elements; once, as it is summed up in place."""
         if self.scalar is not None:
             self.pattern.spread(self.M, self.scalar)
         if self.functions is not None:

@@ -60,14 +60,21 @@ class MassObjects(NamedTuple):
             nn = self.tensor.shape[1]
             unit = np.diag(np.arange(nl // nn) < 3).astype(float)
             return np.einsum("eij,ab->eiajb", self.tensor, unit).reshape(ne, nl, nl)
-        nn = nl // 6
-        pick = np.zeros((3, nn, 10, nn, 6))
-        for a in range(3):
-            for i in range(nn):
-                pick[a, i, 9, i, a] = 1.0
-                pick[a, i, 3 * a : 3 * a + 3, i, 3:] = np.eye(3)
-        pick = pick.reshape(3, 10 * nn, 6 * nn)
+        pick = _functions(nl // 6)
         return (pick.swapaxes(1, 2) @ self.tensor[:, None] @ pick).sum(axis=1)
+
+    def of_pair(self, a: int, b: int) -> np.ndarray:
+        """Return ``int rho N_a^T N_b (ne, nl, nl)`` for a <= b."""
+        ne, nl = self.g.shape[:2]
+        if self.form == "pairs":
+            return self.tensor[:, PAIRS.index((a, b))]
+        if self.form == "functions":
+            pick = _functions(nl // 6)
+            return pick[a].T @ self.tensor @ pick[b]
+        nn = self.tensor.shape[1]
+        matrix = np.zeros((ne, nn, nl // nn, nn, nl // nn))
+        matrix[:, :, a, :, b] = self.tensor
+        return matrix.reshape(ne, nl, nl)
 
     def of_translations(self) -> np.ndarray:
         """Rows ``(ne, nn, 3, nl)`` of the mass matrix at the translations of nodes with six DOFs."""
@@ -81,6 +88,16 @@ class MassObjects(NamedTuple):
             rows[:, :, a, :, a] = products[..., 9]
             rows[:, :, a, :, 3:] = products[..., 3 * a : 3 * a + 3]
         return rows.reshape(ne, nn, 3, nl)
+
+
+def _functions(nn: int) -> np.ndarray:
+    """Return what each displacement component is of the functions of nn nodes, ``(3, 10 nn, 6 nn)``."""
+    pick = np.zeros((3, nn, 10, nn, 6))
+    for a in range(3):
+        for i in range(nn):
+            pick[a, i, 9, i, a] = 1.0
+            pick[a, i, 3 * a : 3 * a + 3, i, 3:] = np.eye(3)
+    return pick.reshape(3, 10 * nn, 6 * nn)
 
 
 class MassSamples(NamedTuple):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 from skfem.helpers import cross, dot, grad
 
 from modalprep.fe.elements.arms import node_transformation
@@ -11,6 +10,7 @@ from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.elements.beam_shapes import Along
 from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.corotation import at_nodes, cell_forces, rotating_terms, spin
 from modalprep.fe.forms.elements import Field, FieldElement, Levered
 from modalprep.fe.forms.mass import Mass
@@ -35,13 +35,13 @@ def strains(w, u, t):
     return np.array([e, v - z * k[0] - tz, s + y * k[0] + ty, *k])
 
 
-@BilinearForm
+@AllTrials
 def stiffness(u, t, v, s, w):
     """``int C e(u, t) . e(v, s)`` with ``C = diag(EA, ky GA, kz GA, GJ, EIy, EIz)``."""
     return dot(w.C * strains(w, u, t), strains(w, v, s))
 
 
-@BilinearForm
+@AllTrials
 def geometric_stiffness(u, t, o, v, s, q, w):
     """(7.3) of the slopes against the axes, which rotate by o and q; torque on rotation vectors."""
 
@@ -60,7 +60,7 @@ def geometric_stiffness(u, t, o, v, s, q, w):
     )
 
 
-@BilinearForm
+@AllTrials
 def end_moments(u, t, o, v, s, q, w):
     """Moments of the ends on rotation vectors, ``tx (my tz - mz ty) / 2``."""
     r, p = in_axes(w, t) - in_axes(w, o), in_axes(w, s) - in_axes(w, q)

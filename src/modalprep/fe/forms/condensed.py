@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 
 from modalprep.fe.forms.basis import ModelBasis
+from modalprep.fe.forms.bilinear import AllTrials
 
 
-class Condensed(BilinearForm):
+class Condensed(AllTrials):
     """A bilinear form on a basis with internal functions, ``K_aa - K_ab K_bb^-1 K_ba`` of each cell.
 
     Where the element has no internal functions it is the form itself.

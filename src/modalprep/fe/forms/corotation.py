@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 from skfem.helpers import cross, dot
 
 from modalprep.fe.elements.arms import node_transformation
 from modalprep.fe.elements.corotation import Rotating
 from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.elements import Field, FieldElement
 from modalprep.fe.forms.terms import Term
 from modalprep.fe.mesh.cells import CELLS
 
 
 # --8<-- [start:forms]
-@BilinearForm
+@AllTrials
 def nodal_work(u, t, o, v, s, q, w):
     """Second order of (7.8): forces f and moments m of nodes at x with arms r; o and q are rotations of the axes."""
 

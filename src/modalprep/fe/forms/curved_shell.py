@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 from skfem.helpers import cross, mul
 
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.laminate import shell_section
 from modalprep.fe.elements.shells.tied_strains import CURVATURE, MEMBRANE, SHEAR, Forms
 from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.elements import Field, FieldElement, interpolated
 from modalprep.fe.forms.flat_shell import moduli, stiffness
 from modalprep.fe.forms.mass import Mass
@@ -17,7 +17,7 @@ from modalprep.fe.forms.terms import Term
 
 
 # --8<-- [start:forms]
-@BilinearForm
+@AllTrials
 def geometric_stiffness(x, t, r, y, s, q, w):
     """Second variation of (7.11) and (7.12): x and y are the nodes', t and s the directors', r and q the rotations."""
 

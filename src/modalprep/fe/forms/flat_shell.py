@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 from skfem.helpers import cross, dot, grad, mul
 
 from modalprep.fe.elements.arms import node_transformation
@@ -14,6 +13,7 @@ from modalprep.fe.elements.shells.laminate import shell_section
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.shells.yielding import yielding_map
 from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.condensed import Condensed
 from modalprep.fe.forms.corotation import cell_forces, rotating_terms, spin
 from modalprep.fe.forms.elements import Field, FieldElement, Levered, interpolated
@@ -34,7 +34,7 @@ def stiffness(e, k, g, h, f, m, s, r, w):
     return dot(force, f) + dot(moment, m) + dot(mul(w.S, g), s) + dot(mul(w.H, h), r)
 
 
-@BilinearForm
+@AllTrials
 def geometric_stiffness(u, t, o, p, v, s, q, r, w):
     """(7.5) of slopes and rotations against the axes, which rotate by o and q; p and r are of the sides."""
     x = against(w, u, t, o, p)
@@ -63,8 +63,8 @@ def against(w, u, t, o, p):
     """Slopes ``u_i,a``, rotations and their slopes in the axes of the element, and those of its sides, less o."""
     axes = w.axes
     o = mul(axes, o)
-    turn = np.array([cross(o, one) for one in np.broadcast_to(np.eye(3)[..., None, None], (3, 3, *o.shape[1:]))])
-    U = np.einsum("ij...,jk...,ak...->ia...", axes, grad(u), axes[:2]) - np.swapaxes(turn, 0, 1)[:, :2]
+    U = np.einsum("ij...,jk...,ak...->ia...", axes, grad(u), axes[:2])
+    U = U - np.array([[0 * o[2], -o[2]], [o[2], 0 * o[2]], [-o[1], o[0]]])  # o x e_a
     T = np.einsum("ij...,jk...,ak...->ia...", axes, grad(t), axes[:2])
     p = np.array(p)
     p[1:3] -= o[:2, None]

@@ -11,21 +11,22 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from skfem.assembly import BilinearForm, Form, Functional, LinearForm, asm
+from skfem.assembly import Form, Functional, LinearForm, asm
 from skfem.helpers import dot
 
 from modalprep.fe.elements.mass import RigidInertia
 from modalprep.fe.forms.basis import ModelBasis
+from modalprep.fe.forms.bilinear import AllTrials
 
 
 # --8<-- [start:forms]
-@BilinearForm
+@AllTrials
 def mass(u, v, w):
     """``M = int rho N^T N``."""
     return w.rho * dot(u, v)
 
 
-@BilinearForm
+@AllTrials
 def mass_of_pair(u, v, w):
     """``M_ab = int rho N_a^T N_b``."""
     return w.rho * v[w.a] * u[w.b]

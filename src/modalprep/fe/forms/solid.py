@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 from skfem.element import DiscreteField, ElementHex1, ElementVector
 from skfem.helpers import ddot, dot, grad
 
 from modalprep.fe.elements.hourglass import hourglass_motions
 from modalprep.fe.elements.solid import PRESTRESS, SolidBlock
 from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.condensed import Condensed
 from modalprep.fe.forms.elements import Field, FieldElement
 from modalprep.fe.forms.mass import Mass
@@ -28,13 +28,13 @@ def stiffness(u, v, w):
     return ddot(stress(w.c, u), grad(v))
 
 
-@BilinearForm
+@AllTrials
 def geometric_stiffness(u, v, w):
     """``int sigma_kl u_i,k v_i,l`` of the stress of the displacements d."""
     return np.einsum("kl...,ik...,il...->...", w.sigma, grad(u), grad(v))
 
 
-@BilinearForm
+@AllTrials
 def hourglass(u, v, w):
     """Stiffness against the hourglass motions u of faces that no other element holds."""
     return dot(w.held * u, v)

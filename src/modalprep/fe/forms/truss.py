@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.assembly import BilinearForm
 from skfem.helpers import dot, grad
 
 from modalprep.fe.elements.truss import TrussBlock
 from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.corotation import cell_forces, rotating_terms
 from modalprep.fe.forms.mass import Mass
 from modalprep.fe.forms.terms import Term
@@ -19,20 +19,20 @@ def along(u, w):
     return np.einsum("ij...,j...->i...", grad(u), w.n)
 
 
-@BilinearForm
+@AllTrials
 def stiffness(u, v, w):
     """``int EA u' v'`` of the displacements along the axis."""
     return w.EA * dot(along(u, w), w.n) * dot(along(v, w), w.n)
 
 
-@BilinearForm
+@AllTrials
 def geometric_stiffness(u, v, w):
     """``int N u' v'`` of the displacements across the axis."""
     a, b = along(u, w), along(v, w)
     return w.N * (dot(a, b) - dot(a, w.n) * dot(b, w.n))
 
 
-@BilinearForm
+@AllTrials
 def twist(u, v, w):
     """``int GJ t' s'`` of the rotations about the axis."""
     return w.GJ * dot(along(u, w), w.n) * dot(along(v, w), w.n)
