@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.helpers import cross, dot, grad, mul
+from skfem.helpers import dot, grad, mul
 
 from modalprep.fe.elements.arms import node_transformation
 from modalprep.fe.elements.shells.flat_fields import FlatCells, linked, nodal_rotations, side_fields, slopes
