@@ -36,7 +36,6 @@ class Builder(MeshBuilder):
         self.places: dict[int, list[tuple[str, str, int]]] = {}  # group, kind and row of the cells of an element
         self.apart: list[tuple[Card, list[int]]] = []  # elements between scalar points
         self.normal: list[Card] = []  # shells with x of their MCID along the normal
-        self.turned: list[Card] = []  # solids whose grids are numbered left-handed
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
         """Read an element card by its handler; a repeated card with the same content is skipped."""
@@ -89,8 +88,6 @@ class Builder(MeshBuilder):
         """Return the finished mesh."""
         if self.bare and self.has_elements:
             notes.append("the deck has no property cards; its groups have no sections")
-        if self.turned:
-            notes.append(f"{len(self.turned)} solids are numbered left-handed and are turned ({_first(self.turned)})")
         if self.normal:
             what = "shells have x of their MCID along the normal: their material has y as its axis 1"
             notes.append(f"{len(self.normal)} {what} ({_first(self.normal)})")

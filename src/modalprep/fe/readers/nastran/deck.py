@@ -17,6 +17,7 @@ from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
+from modalprep.fe.readers.nastran.handedness import turn_left_handed
 from modalprep.fe.readers.nastran.nonstructural import add_nonstructural_mass
 from modalprep.fe.readers.nastran.points import add_scalar_masses
 from modalprep.fe.readers.nastran.registry import REGISTRY, Table, refuse_surplus, unused
@@ -99,6 +100,7 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
         handler = REGISTRY[card.name].handle
         assert handler is not None  # cards that are left out are not structure
         builder.add(card, handler)
+    turn_left_handed(builder)
     add_scalar_masses(builder)
     add_nonstructural_mass(builder, path)
     nastran_constraints.add_equations(builder, path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -35,9 +34,6 @@ def _solid(b: Builder, card: Card) -> None:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
     cell = kinds[last if count > first else first]
     kind, nodes = _nodes(b, card, cell, 3)
-    if _is_left_handed(b, kind, nodes):
-        b.turned.append(card)
-        nodes = [nodes[k] for k in _mirrored(kind)]
     row = b.cell(card, kind, nodes, b.section(card, "solid"))
     _put_material_axes(b, card, kind, row, nodes)
     if kind == "hexahedron20" and _solid_property(b, card, 3) in ("2", "TWO"):
@@ -56,30 +52,6 @@ def _nodes(b: Builder, card: Card, cell: Cell, components: int) -> tuple[str, li
     if len(own) < cell.count and not any(row is not None for row in found[first:]):
         return cell.shape, own
     return cell.name, own if len(own) == cell.count else b.completed(cell.name, found, b.grids.points, components)
-
-
-def _is_left_handed(b: Builder, kind: str, nodes: list[int]) -> bool:
-    """Whether the edges at every corner of a solid are a left-handed triad; Nastran takes either."""
-    points = b.grids.points[nodes[: len(CELLS[kind].corners)]]
-    triads = _triads(kind)
-    one = points[triads[0]]
-    if np.dot(np.cross(one[1] - one[0], one[2] - one[0]), one[3] - one[0]) >= 0:
-        return False
-    return bool(np.all(np.linalg.det(points[triads[:, 1:]] - points[triads[:, :1]]) < 0))
-
-
-@cache
-def _triads(kind: str) -> np.ndarray:
-    """Return the corners ``(k, 4)`` of a solid where three edges meet, each with the ends of its edges."""
-    return np.array(CELLS[kind].triads())
-
-
-@cache
-def _mirrored(kind: str) -> list[int]:
-    """Return the nodes of a solid in the order of its mirror image, the first two coordinates exchanged."""
-    x = CELLS[kind].node_coordinates()
-    apart = np.linalg.norm(x[:, [1, 0, 2]][:, None] - x, axis=2)
-    return apart.argmin(axis=1).tolist()
 
 
 def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[int]) -> None:

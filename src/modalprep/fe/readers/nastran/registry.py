@@ -25,7 +25,7 @@ class Table(NamedTuple):
             return
         for entry in _entries(card):
             known = table.setdefault(entry.id, entry)
-            if not known.same(entry):
+            if known is not entry and not known.same(entry):
                 raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
 
 
