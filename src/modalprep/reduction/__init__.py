@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from modalprep.reduction.free_interface_basis import free_interface as free_interface
     from modalprep.reduction.free_interface_basis import improved_guyan as improved_guyan
     from modalprep.reduction.loads import Load as Load
+    from modalprep.reduction.loads import follower_stiffness as follower_stiffness
     from modalprep.reduction.loads import nodal_load as nodal_load
     from modalprep.reduction.prestress import LoadedModes as LoadedModes
     from modalprep.reduction.prestress import acceleration_load as acceleration_load

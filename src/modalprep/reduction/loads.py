@@ -1,4 +1,4 @@
-"""User loads: forces, moments and pressure on node sets, as nodal loads of a model."""
+"""User loads: forces and moments on node sets, loads per area and per length of groups, as nodal loads of a model."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.term_bases import term_bases
 from modalprep.fe.links.interface import interface_position
 from modalprep.fe.links.mean_points import MeanPoints, cells_of
 from modalprep.fe.links.multipoint import PlacedLink
-from modalprep.fe.mesh.cells import Powers, cell_dimension, cell_of
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
+from modalprep.fe.terms.forms import follower, pressure, traction
+from modalprep.fe.terms.term import Term
 from modalprep.suggest import refuse_other
 
 Vector = tuple[float, float, float]
@@ -24,7 +27,10 @@ NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Load(NodeSet):
-    """A force, a moment or a pressure on a node set (fe.select), mesh axes.
+    """A force or a moment on a node set (fe.select), or a load per area or length of a group, mesh axes.
+
+    Loads per area and length are integrated with the displacement of the elements: a uniform line load on a beam has
+    the end moments of a clamped one, so that its nodes move as those of the exact solution.
 
     Attributes
     ----------
@@ -33,6 +39,10 @@ class Load(NodeSet):
         evenly over faces, edges or nodes, a moment by forces about it.
     pressure : float
         Pa, on the faces of a group: along their right-hand normal, in the order of their nodes.
+    traction : (3,)
+        N/m^2, on the faces of a group.
+    line_load : (3,)
+        N/m, on the lines of a group.
     position : (3,) or None
         Point of application, m, mesh coordinates; None: the centroid, of a cylinder the middle of its axis.
 
@@ -42,10 +52,12 @@ class Load(NodeSet):
     near (10, 0, 0)
     """
 
-    applies: ClassVar = (Rule(("position",), needs=("force",), advice="moments and pressures have no such place"),)
+    applies: ClassVar = (Rule(("position",), needs=("force",), advice="other loads have no such place"),)
     force: Vector = NONE
     moment: Vector = NONE
     pressure: float = 0.0
+    traction: Vector = NONE
+    line_load: Vector = NONE
     position: Vector | None = None
     kind = "rbe3"
 
@@ -75,7 +87,7 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     Raises
     ------
     InputError
-        When the load is zero, its node set is empty or cannot carry it, or its group has no faces.
+        When the load is zero, its node set is empty or cannot carry it, or its group has no such cells.
 
     Examples
     --------
@@ -90,9 +102,9 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     nodes = np.intersect1d(load.nodes(mesh, used), used)
     if not len(nodes):
         raise InputError(f"load {name!r}: no node of {load} belongs to an element with a property")
-    F = _resultant(model, mesh, name, load, nodes) + _pressure(model, mesh, name, load)
+    F = _resultant(model, mesh, name, load, nodes) + _distributed(model, mesh, name, load)
     if not np.any(F):
-        raise InputError(f"load {name!r} is zero; give force, moment or pressure")
+        raise InputError(f"load {name!r} is zero; give force, moment, pressure, traction or line_load")
     return F
 
 
@@ -100,6 +112,8 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
     F = np.zeros(model.n_dof)
     dofs = model.dof[nodes]
     wrench = np.concatenate([load.force, load.moment])
+    if not np.any(wrench):
+        return F
     if len(nodes) == 1:
         if load.position is not None:
             wrench[3:] += np.cross(load.position - mesh.points[nodes[0]], load.force)
@@ -120,52 +134,82 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
     return F
 
 
-def _pressure(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
+def _distributed(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
+    """Integrate what is given per area and per length."""
     F = np.zeros(model.n_dof)
-    if not load.pressure:
-        return F
-    group = mesh.group(load.group) if load.group else {}
-    faces = {kind: nodes for kind, nodes in group.items() if cell_dimension(kind) == 2}
-    if not faces:
-        raise InputError(f"load {name!r}: a pressure needs a mesh group of triangles or quads; {load} has none")
-    for kind, nodes in faces.items():
-        np.add.at(F, model.dof[nodes][..., :3], load.pressure * _face_areas(kind, mesh.points[nodes]))
+    for term in _terms(name, load):
+        F += sum(term.form.assemble(basis) for basis in _bases(model, mesh, name, term))
     return F
 
 
-def _face_areas(kind: str, points: np.ndarray) -> np.ndarray:
-    """Integrate ``N_k n dA`` (faces, nodes, 3) of faces with corners and mid-sides at `points` (faces, nodes, 3)."""
-    cell = cell_of(kind)
-    if cell is None or cell.count != points.shape[1] or not cell.powers:
-        raise InputError(f"a pressure on faces of {points.shape[1]} nodes ({kind}) is not known; take 3, 4, 6, 8 or 9")
-    place, weight = _gauss(cell.shape == "triangle")
-    own = _monomials(cell.powers, cell.node_coordinates(), (0, 0))
-    N, a, b = (_monomials(cell.powers, place, d) @ np.linalg.inv(own) for d in ((0, 0), (1, 0), (0, 1)))
-    normal = np.cross(np.einsum("gk,fkx->fgx", a, points), np.einsum("gk,fkx->fgx", b, points))
-    return np.einsum("g,gk,fgx->fkx", weight, N, normal)
+def _terms(name: str, load: Load) -> list[Term]:
+    faces, lines = bool(load.pressure) or any(load.traction), any(load.line_load)
+    if (faces or lines) and load.group is None:
+        cells = "triangles or quads" if faces else "lines"
+        raise InputError(f"load {name!r}: pressure, traction and line_load need a mesh group of {cells}; name a group")
+    group = str(load.group)
+    terms = []
+    if load.pressure:
+        terms.append(Term(form=pressure(load.pressure), group=group, to="load", on="faces"))
+    if any(load.traction):
+        terms.append(Term(form=traction(np.array(load.traction)), group=group, to="load", on="faces"))
+    if lines:
+        terms.append(Term(form=traction(np.array(load.line_load)), group=group, to="load", on="lines"))
+    return terms
 
 
-def _monomials(exponents: Powers, place: np.ndarray, derivative: tuple[int, int]) -> np.ndarray:
-    columns = [
-        np.prod(
-            [
-                p * x ** (p - 1) if d and p else 0 * x if d else x**p
-                for x, p, d in zip(place.T, powers, derivative, strict=True)
-            ],
-            axis=0,
-        )
-        for powers in exponents
-    ]
-    return np.stack(columns, axis=1)
+def _bases(model: FEModel, mesh: Mesh, name: str, term: Term) -> list:
+    try:
+        return term_bases(model, mesh, term)
+    except InputError as error:
+        raise InputError(f"load {name!r}: {error}") from None
 
 
-def _gauss(triangle: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Points (g, 2) and weights on the unit square; on the triangle by folding the square (Duffy)."""
-    x, w = np.polynomial.legendre.leggauss(4)
-    x = (x + 1) / 2
-    w = w / 2
-    u, v = (grid.ravel() for grid in np.meshgrid(x, x))
-    weight = np.outer(w, w).ravel()
-    if triangle:
-        return np.stack([u, v * (1 - u)], axis=1), weight * (1 - u)
-    return np.stack([u, v], axis=1), weight
+def follower_stiffness(model: FEModel, mesh: Mesh, name: str, load: Load) -> csr_array:
+    """Return the load stiffness ``(n_dof, n_dof)`` of a pressure that stays normal to its faces.
+
+    For `buckling` and `prestressed_modes`, to whose geometric stiffness it adds. It is symmetric where the edges of the
+    pressurised faces are held or move along the edge's own normal plane, as of closed vessels; its unsymmetric rest,
+    which is work at free edges and has no potential, is left out.
+
+    Parameters
+    ----------
+    model : FEModel
+    mesh : Mesh
+        From which the model was assembled.
+    name : str
+        For messages.
+    load : Load
+        With a pressure; a force, a moment, a traction and a line load keep their directions.
+
+    Returns
+    -------
+    (n_dof, n_dof) csr
+        N/m, mesh axes.
+
+    Raises
+    ------
+    InputError
+        When the load has no pressure, or its group no faces.
+
+    References
+    ----------
+    Theory 1.9. K. Schweizerhof, E. Ramm, Displacement dependent pressure loads in nonlinear finite element analyses,
+    Computers & Structures 18 (1984) 1099.
+
+    Examples
+    --------
+    >>> import modalprep as mp
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> cells, groups = {"quad": np.array([[0, 1, 2, 3]])}, {"a": {"quad": np.array([0])}}
+    >>> mesh = mp.fe.Mesh(points=square, cells=cells, groups=groups)
+    >>> section = mp.Shell(material=mp.Material(E=7e10, nu=0.3, rho=2700.0), thickness=1e-3)
+    >>> model = mp.assemble(mesh, {"a": section}, {"root": mp.Interface(node=1, kind="node")})
+    >>> follower_stiffness(model, mesh, "gas", Load(group="a", pressure=1e3)).shape
+    (24, 24)
+    """
+    if not load.pressure:
+        raise InputError(f"load {name!r} has no pressure; other loads keep their directions")
+    term = Term(form=follower(load.pressure), group=str(load.group), to="stiffness", on="faces")
+    A = csr_array(sum(term.form.assemble(basis) for basis in _bases(model, mesh, name, term)))
+    return ((A + A.T) / 2).tocsr()

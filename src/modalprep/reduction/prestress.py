@@ -93,7 +93,14 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
 
 
 @one_numpy_thread(beside_mkl=True)
-def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity=(0.0, 0.0, 0.0)) -> LoadedModes:
+def buckling(
+    model: FEModel,
+    load: np.ndarray | None,
+    modes: int = 1,
+    *,
+    gravity=(0.0, 0.0, 0.0),
+    load_stiffness: csr_array | None = None,
+) -> LoadedModes:
     """Return the lowest positive factors at which a load buckles the model with its fixed interfaces clamped.
 
     Linear: ``(K + factor Kg) x = 0`` with Kg of the static response to `load`.
@@ -106,6 +113,8 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     modes : int
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
+    load_stiffness : (n_dof, n_dof) csr
+        Of a load that turns with the structure (`follower_stiffness`); default none, loads keep their directions.
 
     Returns
     -------
@@ -132,7 +141,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     1.0
     """
     refuse_other("buckling: the model", FEModel, model)
-    clamped, Kg, _ = _prestress(model, load, gravity)
+    clamped, Kg, _ = _prestress(model, load, gravity, load_stiffness)
     mu, x = _largest(-Kg, clamped, modes)
     positive = mu > NO_BUCKLING
     if not np.any(positive):
@@ -143,7 +152,12 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
 
 @one_numpy_thread(beside_mkl=True)
 def prestressed_modes(
-    model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)
+    model: FEModel,
+    load: np.ndarray | None,
+    modes: int = 10,
+    *,
+    gravity=(0.0, 0.0, 0.0),
+    load_stiffness: csr_array | None = None,
 ) -> LoadedModes:
     """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces clamped.
 
@@ -159,6 +173,8 @@ def prestressed_modes(
     modes : int
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
+    load_stiffness : (n_dof, n_dof) csr
+        Of a load that turns with the structure (`follower_stiffness`); default none, loads keep their directions.
 
     Returns
     -------
@@ -186,7 +202,7 @@ def prestressed_modes(
     True
     """
     refuse_other("prestressed_modes: the model", FEModel, model)
-    clamped, Kg, x = _prestress(model, load, gravity)
+    clamped, Kg, x = _prestress(model, load, gravity, load_stiffness)
     # of a structure that has buckled
     w2 = np.array([-1.0])
     phi = np.zeros((0, 1))
@@ -217,7 +233,9 @@ def _moved_mass(clamped: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
     return motion.T @ motion
 
 
-def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clamped, csr_array, np.ndarray]:
+def _prestress(
+    model: FEModel, load: np.ndarray | None, gravity, follower: csr_array | None
+) -> tuple[Clamped, csr_array, np.ndarray]:
     """Clamp every fixed interface; return the geometric stiffness of the interior DOFs, and the static displacement."""
     load = np.zeros(model.n_dof) if load is None else np.asarray(load, dtype=float)
     if load.shape != (model.n_dof,) or not np.all(np.isfinite(load)):
@@ -229,7 +247,16 @@ def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clampe
     x[clamped.i] = clamped.factor.solve((model.C.T @ load)[clamped.i])
     d = model.C @ x
     Kg = model.geometric_stiffness(d, load) + model.rotating_mass(field)
+    if follower is not None:
+        Kg = Kg + _refused_size(follower, model.n_dof)
     return clamped, (model.C.T @ Kg @ model.C).tocsr()[clamped.i][:, clamped.i].tocsr(), d
+
+
+def _refused_size(follower: csr_array, n: int) -> csr_array:
+    """Return a load stiffness, or refuse one of another model."""
+    if follower.shape != (n, n):
+        raise InputError(f"load_stiffness has the shape {follower.shape}, the model {n} DOFs; make it of this model")
+    return follower
 
 
 def _largest(A: csr_array, clamped: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -201,12 +201,26 @@ def test_a_load_of_the_file_is_answered_exactly(run):
         assert bool(100 * y @ (y / body.K) == pytest.approx(exact, rel=1e-9)) is right
 
 
+def test_a_line_load_is_answered_exactly(run):
+    """The tip of a cantilever under ``q``: ``q L^4 / 8 EI + q L^2 / 2 kGA``, by truncation vectors."""
+    load = '[loads.snow]\ngroup = "beam"\nline_load = [0, "3 N/m", 0]\n'
+    body = modal_file(run(f'modes = 1\ntruncation_vectors = ["snow"]\n{load}')[1])
+    order = np.argsort(body.points[:, 0])
+    y = body.shape[order, 1]
+    h = np.diff(body.points[order, 0])
+    assert len(y) > 2
+    work = 3.0 * (np.append(h, 0) + np.append(0, h)) / 2 @ y  # of the forces; the end moments cancel but at the tip
+    tip = y[-1] @ (work / body.K)
+    assert tip == pytest.approx(3.0 * 10**4 / (8 * 1.4e4) + 3.0 * 10**2 / (2 * 5 / 6 * 2.5e10 * 4e-4), rel=2e-3)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (("force = [0, 100, 20]\nmoment = [0, 0, 30]", ""), ["[loads.thrust]", "zero"]),
         (("near = [5, 0, 0]", ""), ["[loads.thrust]", "exactly one of"]),
         (("near = [5, 0, 0]", 'group = "wing"'), ["[loads.thrust]", "no group 'wing'"]),
+        (("force = [0, 100, 20]", "traction = [1, 0, 0]"), ["[loads.thrust]", "mesh group of faces or lines"]),
         (("near = [5, 0, 0]", 'group = "root"'), ["'thrust'", "fixed interfaces only"]),
         (("force = [0, 100, 20]", "pressure = 3"), ["[loads.thrust]", "pressure"]),
         (("thrust", "inertia"), ["[loads]", "'inertia'", "built-in"]),

@@ -14,6 +14,7 @@ from modalprep.pipeline.schema.quantities import (
     Angle,
     Duration,
     Force,
+    ForcePerLength,
     Frequency,
     Length,
     Moment,
@@ -160,13 +161,16 @@ class LoadTable(NodesTable):
     force: Three[Force] = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
     moment: Three[Moment] = Field([0.0, 0.0, 0.0], description="total, N m")
     pressure: Stress = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
+    traction: Three[Stress] = Field([0.0, 0.0, 0.0], description="on the faces of a group, N/m^2")
+    line_load: Three[ForcePerLength] = Field([0.0, 0.0, 0.0], description="on the lines of a group, N/m")
 
     @model_validator(mode="after")
     def _not_nothing(self) -> LoadTable:
-        if not (any(self.force) or any(self.moment) or self.pressure):
-            raise ValueError("the load is zero; give force, moment or pressure")
-        if self.pressure and self.group is None:
-            raise ValueError("a pressure needs a mesh group of faces; name it by 'group'")
+        spread = self.pressure or any(self.traction) or any(self.line_load)
+        if not (any(self.force) or any(self.moment) or spread):
+            raise ValueError("the load is zero; give force, moment, pressure, traction or line_load")
+        if spread and self.group is None:
+            raise ValueError("pressure, traction and line_load need a mesh group of faces or lines; name it by 'group'")
         return self
 
 
