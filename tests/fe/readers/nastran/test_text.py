@@ -147,6 +147,10 @@ WRONG = {
         offset_mass(11, "+A") + offset_mass(12, "+A") + f"GRID    9{'':63}+C\n" + inertia("+A", ".1"),
         r"the continuation \+A belongs to CONM2 in line \d+ and CONM2 in line",
     ),
+    "replication": (
+        offset_mass(11, "+A") + offset_mass(12, "+B") + "+A      =\n",
+        "in a continuation of another card",
+    ),
     "twice": ("GRID    5" + " " * 63 + "+Y\n+Z      .1\n+Z      .2\n", r"the continuation \+Z is there twice"),
     "surplus": ("GRID,5,,1.,2.,3.\n,7.\n", "GRID 5: it has 9 fields and can have 8"),
 }

@@ -230,6 +230,8 @@ class _Reader:
             self.open = False
             return
         if parts.head == "=" or replication.repeats(parts.data):
+            if parts.continues and self.cards and self.continuations.parent(parts, where) is not self.cards[-1]:
+                raise InputError(f"{where}: = and *(1) in a continuation of another card; write the line out")
             parts = parts._replace(**dict(zip(("head", "data"), self._replicated(*parts[:2], where), strict=True)))
         elif not parts.continues:
             self.steps = {}
@@ -288,6 +290,7 @@ class _Reader:
             except ValueError as error:
                 raise InputError(f"{where}: {error}; write the cards out") from None
             self.cards.append(Card(last.name, fields, last.file, last.line))
+            self.continuations.begin(self.cards[-1], Line("", [], ""))
 
 
 def _whole_name(text: str, rest: Iterator[tuple[int, str]]) -> str:
