@@ -179,9 +179,23 @@ FAMILIES = {
     "load": PartFamily(
         reduction.LoadTable, ("loads", "l"),
         {"force": {"group": "edge", "force": [1.0, 2.0, 3.0]}, "moment": {"node": 5, "moment": [1.0, 2.0, 3.0]},
-         "pressure": {"group": "skin", "pressure": 1.0}},
-        {"force": [[3.0, 1.0, 1.0]], "moment": [[1.0, 0.0, 0.0]], "pressure": [1.0], "position": [[0.3, 0.4, 0.5]]},
+         "pressure": {"group": "skin", "pressure": 1.0}, "traction": {"group": "skin", "traction": [0.0, 1.0, 3.0]},
+         "line": {"group": "spar", "line_load": [1.0, 0.0, 3.0]}},
+        {"force": [[3.0, 1.0, 1.0]], "moment": [[1.0, 0.0, 0.0]], "pressure": [1.0], "position": [[0.3, 0.4, 0.5]],
+         "traction": [[1.0, 0.0, 0.0]], "line_load": [[0.0, 1.0, 0.0]]},
         {"reduction": REDUCTION | {"truncation_vectors": ["l"]}},
+    ),
+    "foundation": PartFamily(
+        fe.FoundationTable, ("foundations", "bed"),
+        {"area": {"group": "skin", "stiffness_per_area": 1e6},
+         "length": {"group": "spar", "stiffness_per_length": 1e6}},
+        {"stiffness_per_area": [[1e6, 0.0, 2e6]], "stiffness_per_length": [[1e6, 0.0, 2e6]]},
+    ),
+    "added_mass": PartFamily(
+        fe.AddedMassTable, ("added_masses", "coat"),
+        {"area": {"group": "skin", "mass_per_area": 3.0}, "length": {"group": "spar", "mass_per_length": 3.0},
+         "fluid": {"group": "skin", "fluid_density": 900.0, "depth": 0.1}},
+        {"mass_per_area": [5.0], "mass_per_length": [5.0], "fluid_density": [800.0], "depth": [0.2]},
     ),
     "interface": PartFamily(
         fe.InterfaceTable, ("interfaces", "tip"),

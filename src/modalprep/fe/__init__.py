@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from modalprep.fe.external.files import Matrices as Matrices
     from modalprep.fe.external.files import read_matrices as read_matrices
     from modalprep.fe.external.model import model_from_matrices as model_from_matrices
+    from modalprep.fe.external.scikit_fem import SkfemModel as SkfemModel
+    from modalprep.fe.external.scikit_fem import model_from_skfem as model_from_skfem
+    from modalprep.fe.external.scikit_fem import to_skfem as to_skfem
     from modalprep.fe.links.interface import InterfaceFrame as InterfaceFrame
     from modalprep.fe.mesh.mesh import Equation as Equation
     from modalprep.fe.mesh.mesh import Link as Link

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import skfem
@@ -12,7 +13,7 @@ from scipy.sparse import coo_array, csr_array
 from skfem.assembly import BilinearForm, CellBasis
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness, PrestressStiffness
+from modalprep.fe.assembly.geometric_stiffness import PrestressStiffness
 from modalprep.fe.assembly.model import AddedTerm, FEModel
 from modalprep.fe.assembly.term_bases import term_bases
 from modalprep.fe.assembly.term_mass import term_mass
@@ -63,15 +64,23 @@ def _naming(name: str, term: Term) -> Iterator[None]:
 
 
 def _add_stiffness(model: FEModel, name: str, term: Term, bases: list[CellBasis]) -> FEModel:
-    own = _relative(model, _symmetric(term.form, bases))
+    return with_foundation(model, name, _symmetric(term.form, bases))
+
+
+def with_foundation(model: FEModel, name: str, A: csr_array) -> FEModel:
+    """Return the model with a symmetric stiffness ``A (n_dof, n_dof)`` between it and the frame of the root."""
+    own = _relative(model, A)
     K = (model.K + own).tocsr()
-    prestress = model.geometric_stiffness
-    inner = prestress.inner if isinstance(prestress, WithGeometricTerms) else prestress
-    if isinstance(inner, GeometricStiffness):
-        inner = replace(inner, links=replace(inner.links, K=K))
-    prestress = replace(prestress, inner=inner) if isinstance(prestress, WithGeometricTerms) else inner
     terms = {**model.terms, name: AddedTerm(own, None)}
-    return model.with_(K=K, geometric_stiffness=prestress, terms=terms)
+    return model.with_(K=K, geometric_stiffness=_with_elastic(model.geometric_stiffness, K), terms=terms)
+
+
+def _with_elastic(prestress: Any, K: csr_array) -> Any:
+    """Return a geometric stiffness whose links carry the forces of another elastic stiffness."""
+    if isinstance(prestress, WithGeometricTerms):
+        return replace(prestress, inner=_with_elastic(prestress.inner, K))
+    links = getattr(prestress, "links", None)  # a model from matrices may have none
+    return prestress if links is None else replace(prestress, links=replace(links, K=K))
 
 
 def _add_mass(model: FEModel, name: str, term: Term, bases: list[CellBasis]) -> FEModel:

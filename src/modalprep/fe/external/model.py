@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.assemble import root_first, without_unused_dofs
 from modalprep.fe.assembly.link_stiffness import LinkStiffness
 from modalprep.fe.assembly.model import FEModel, rigid_motions
-from modalprep.fe.assembly.placing import place
+from modalprep.fe.assembly.placing import NOTHING, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.external.checks import (
     Places,
@@ -27,7 +27,7 @@ from modalprep.fe.external.entries import cloud
 from modalprep.fe.external.mass import linear_vectors, mass_tensor, rigid_inertia
 from modalprep.fe.links.constraints import constrain
 from modalprep.fe.links.interface import Interface, interface_position
-from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.readers.read import LENGTH_UNITS, MASS_UNITS, refuse_units
 
 DRAWN = 20_000  # couplings of the stiffness that are drawn as lines, at most
@@ -60,6 +60,7 @@ def model_from_matrices(
     length_unit: str = "m",
     mass_unit: str | None = None,
     geometric_stiffness: StressStiffness | None = None,
+    held: Mapping[str, SupportSet] = NOTHING,
 ) -> FEModel:
     """Return the model of the free (unsupported) structure whose matrices another program assembled.
 
@@ -85,6 +86,8 @@ def model_from_matrices(
     geometric_stiffness : callable
         ``d (n,) -> (n, n)``, SI: the geometric stiffness of the prestress due to displacement d. Without it the
         model has none, and a note states this.
+    held : {name: SupportSet}
+        Components of nodes that are held at the frame of the root interface, which may then be of kind "support".
 
     Returns
     -------
@@ -121,28 +124,34 @@ def model_from_matrices(
         (symmetric(A, name, at) * scale * scale[:, None] * mass).tocsr() for A, name in ((K, "stiffness"), (M, "mass"))
     )
     used = np.unique(np.nonzero(dof >= 0)[0][(K.diagonal() + M.diagonal())[dof[dof >= 0]] > 0])
-    for name in (name for name, spec in interfaces.items() if spec.kind == "support"):
+    for name in (name for name, spec in interfaces.items() if spec.kind == "support" and not held):
         raise InputError(f"interface {name!r} is of kind 'support', but matrices have no supports; name its nodes")
-    sets = {name: interfaces[name].nodes(mesh, used) for name in root_first(interfaces, root)}
+    on_ground = [support.nodes for support in held.values()]
+    sets = {
+        name: np.unique(np.concatenate(on_ground)) if spec.kind == "support" else spec.nodes(mesh, used)
+        for name, spec in ((name, interfaces[name]) for name in root_first(interfaces, root))
+    }
     place_of = {name: interface_position(mesh, name, interfaces[name], own) for name, own in sets.items()}
     edges = _edges(K, dof)
     ties = [at[None] for name, at in sets.items() if interfaces[name].kind != "node"]
+    ties += [nodes[None] for nodes in on_ground]
     refuse_parts([edges, *ties], used, mesh.points, at)
     _refuse_bad_motion(
         K, M, rigid_motions(mesh.points - next(iter(place_of.values())), dof, K.shape[0]), mesh.points, at
     )
-    return _model(K, M, mesh.with_(cells=_drawn(mesh, edges)), dof, (interfaces, sets, place_of), geometric_stiffness)
+    drawn = mesh.with_(cells=_drawn(mesh, edges))
+    return _model(K, M, drawn, dof, (interfaces, sets, place_of, held), geometric_stiffness)
 
 
 def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     """Add the frames of the interfaces to the DOFs and take every integral from M."""
-    interfaces, sets, at = placed
+    interfaces, sets, at, held = placed
     origin = next(iter(at.values()))
     n = K.shape[0]
     at_frames = [position for name, position in at.items() if interfaces[name].kind != "node"]
     dof = np.concatenate([dof, n + np.arange(6 * len(at_frames)).reshape(-1, 6)])
     K, M = (_widened(A, n + 6 * len(at_frames)) for A in (K, M))
-    frames, links, _, unlike = place(mesh, interfaces, sets, at, dof)
+    frames, links, _, unlike = place(mesh, interfaces, sets, at, dof, held)
     unlike += (NO_FACES,) if any(link.kind == "rbe3" and link.mean_points is None for link in links) else ()
     constraints = constrain(links, K.shape[0])
     C, free = without_unused_dofs(constraints.C, constraints.free, K.diagonal() + M.diagonal(), frames)
