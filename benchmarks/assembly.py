@@ -17,9 +17,12 @@ where a program has them; the programs alternate, medians. Where other work shar
     of `ElementQuad1`, membrane, bending and drilling with 2 x 2 points, shear with one, M, scalar mass and four
     linear forms as above. That is simpler than ours: no incompatible modes, no edge functions (so one scalar mass
     instead of six matrices), no warping, one fixed plane.
+(c) A few hundred or thousand distorted elements of every family by our own weak forms in scikit-fem
+    (`assemble(..., forms="plain")`), the reference implementation, and by the compiled loops: the same matrices.
 
 The last line is JSON: `tet_vs_skfem`, `tet_vs_ngsolve`, `small_vs_ngsolve` (384 tetrahedra), `quad_vs_skfem` (their
-time over ours; null where NGSolve is not installed) and `peak_mib` (growth of resident memory over case (a) in a
+time over ours; null where NGSolve is not installed) and `plain` (of each family, time of
+the weak forms over that of the compiled loops), and `peak_mib` (growth of resident memory over case (a) in a
 process of its own: VmHWM after minus VmRSS before, kernels compiled and mesh in memory; null where there is no /proc).
 `--million` assembles a tetrahedral box of 1 million DOFs in the same way: `million_per_dof` (time per DOF over that of
 case (a)) and `million_peak_gib`.
@@ -34,6 +37,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from itertools import permutations
 from pathlib import Path
 
@@ -44,6 +48,9 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import modalprep as mp
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from structured import box, surface
+
 STEEL = mp.Material(E=2.1e11, nu=0.3, rho=7800.0)
 T = 0.01  # m, of the shell
 TETS = {
@@ -53,9 +60,21 @@ TETS = {
     "million": (35, 34, 34),
 }  # bricks, six tetrahedra each
 QUADS = {"quick": 80, "full": 128}
+PLAIN = {"quick": 100, "full": 1000}  # elements of case (c)
 ROUNDS = {"small": 15, "quick": 3, "full": 7}
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # meshio's order of the mid nodes
 Call = Callable[[], object]
+BEAM = mp.fe.beam_section("rectangle", STEEL, width=0.02, height=0.03, up=(0, 0, 1))
+SHEETS = ("triangle", "quad", "triangle6", "quad8", "quad9")
+BRICKS = ("tetra", "tetra10", "pyramid", "pyramid13", "wedge", "wedge15")
+BRICKS += ("hexahedron", "hexahedron20", "hexahedron27")
+FAMILIES = {  # of case (c)
+    "truss": mp.Truss(material=STEEL, A=1e-4, J=1e-9),
+    "line": BEAM,
+    "line3": BEAM,
+    **dict.fromkeys(SHEETS, mp.Shell(material=STEEL, thickness=T)),
+    **dict.fromkeys(BRICKS, mp.Solid(material=STEEL)),
+}
 
 
 # --- meshes -------------------------------------------------------------------------------------------------------
@@ -275,6 +294,43 @@ def quads(size: str) -> dict[str, float]:
     return {"quad_vs_skfem": round(middle, 2)}
 
 
+def family_mesh(name: str, n: int) -> mp.fe.Mesh:
+    """About n elements, on a unit line, square or box; the first hundredth is the root."""
+    if name in SHEETS:
+        side = round((n / (2 if name[0] == "t" else 1)) ** 0.5)
+        points, cells = surface(side, side, name, distort=0.2)
+    elif name in BRICKS:
+        split = {"t": 6, "p": 6, "w": 2, "h": 1}[name[0]]
+        side = max(2, round((n / split) ** (1 / 3)))
+        points, cells = box(name, (side, side, side), distort=0.2)
+    else:
+        step = 2 if name == "line3" else 1
+        points = np.column_stack([np.linspace(0, 1, step * n + 1), np.zeros((step * n + 1, 2))])
+        first = step * np.arange(n)
+        cells = np.column_stack([first, first + step, *([first + 1] if step == 2 else [])])
+    kind = "line" if name == "truss" else name
+    root = np.flatnonzero(points[:, 0] < 1e-6)
+    return _mesh(points, kind, cells, root)
+
+
+def plain(size: str) -> dict[str, dict[str, float]]:
+    """Case (c)."""
+    found = {}
+    print("weak forms in scikit-fem, times the time of the compiled loops:")
+    for name, section in FAMILIES.items():
+        mesh = family_mesh(name, PLAIN[size])
+        kind = "node" if name in ("truss", "line", "line3") else "rbe2"
+        held = {"root": mp.Interface(group="root", kind=kind)}
+        calls = [partial(mp.assemble, mesh, {"body": section}, held, forms=forms) for forms in ("compiled", "plain")]
+        compiled, weak = (call() for call in calls)
+        assert abs(compiled.K - weak.K).max() <= 1e-11 * abs(compiled.K).max(), name
+        [(middle, _)] = ratios(calls[0], calls[1:], 3 if size == "full" else 1)
+        found[name] = round(middle, 1)
+        count = sum(map(len, compiled.cells.values()))
+        print(f"  {name:14} {count:5} elements: {middle:6.1f}")
+    return {"plain": found}
+
+
 def alone(size: str) -> dict[str, float | None]:
     """Assemble the box of case (a) in a process of its own: seconds per DOF, and growth of resident memory in MiB."""
     done = subprocess.run([sys.executable, __file__, "--alone", size], check=True, capture_output=True, text=True)
@@ -323,7 +379,7 @@ def main() -> None:
         name = "quick" if asked.quick else "full"
         mib = alone(name)["mib"]
         small = {"small_vs_ngsolve": tets("small")["tet_vs_ngsolve"]}
-        result = tets(name) | small | quads(name) | {"peak_mib": mib and round(mib)}
+        result = tets(name) | small | quads(name) | plain(name) | {"peak_mib": mib and round(mib)}
     print(json.dumps(result))
 
 

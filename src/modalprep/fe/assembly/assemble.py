@@ -75,7 +75,7 @@ def assemble(
         What is added to the elements.
     forms : {"compiled", "plain"}
         Compiled loops over the elements, or the weak forms of scikit-fem (theory 7), which are their reference
-        implementation: the same matrices to rounding, in 10 to 300 times the time.
+        implementation: the same matrices to rounding, in 10 to 70 times the time.
 
     Returns
     -------

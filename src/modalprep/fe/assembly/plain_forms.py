@@ -14,6 +14,7 @@ from skfem.assembly import Form, asm
 from skfem.assembly.form.coo_data import COOData
 
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.link_stiffness import LinkStiffness
 from modalprep.fe.assembly.structure import Structure
 from modalprep.fe.assembly.structure_forms import MatrixForm, ModelForms, NumberForm, VectorForm
 from modalprep.fe.assembly.totals import MassTensor
@@ -65,9 +66,9 @@ def _terms(structure: Structure, of_forms: Callable, of_block: Callable) -> Iter
 
 def _masses(structure: Structure) -> Iterator[Callable[..., Any]]:
     """Yield what assembles a form of mass over each block: of its weak forms, or of its lumped or rigid mass."""
-    for block, inertia, own in zip(structure.blocks, structure.inertias, structure.plain, strict=True):
-        if own is not None and inertia is block:
-            yield from (mass.assembled for mass in own.masses())
+    for inertia, own in zip(structure.inertias, structure.weak_masses, strict=True):
+        if own is not None:
+            yield from (mass.assembled for mass in own)
         elif (mass := inertia.mass()) is not None:
             yield partial(_of_objects, structure.place, inertia, mass)
 
@@ -122,6 +123,11 @@ class PlainGeometricStiffness(GeometricStiffness):
         return found
 
 
+def _prestress_stiffness(structure: Structure, links: LinkStiffness) -> GeometricStiffness:
+    own = structure.without_masses()
+    return PlainGeometricStiffness(own.blocks, own.pattern, own.place.dof, links, structure=own)
+
+
 PLAIN = ModelForms(
     stiffness=MatrixForm(_stiffness, solid.stiffness),
     geometric_stiffness=MatrixForm(_prestress, solid.geometric_stiffness),
@@ -133,5 +139,5 @@ PLAIN = ModelForms(
     moment=NumberForm(partial(_of_masses, weak.moment), weak.moment),
     moment_of_pair=NumberForm(partial(_of_masses, weak.moment_of_pair), weak.moment_of_pair),
     mass_tensor=_mass_tensor,
-    prestress=lambda s, links: PlainGeometricStiffness(s.blocks, s.pattern, s.place.dof, links, structure=s),
+    prestress=_prestress_stiffness,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,9 @@ from modalprep.fe.elements.distribution import Inertia, MassRule
 from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.mass import MassObjects
 from modalprep.fe.forms.basis import Place
-from modalprep.fe.forms.families import Plain, plain
+from modalprep.fe.forms.families import plain
+from modalprep.fe.forms.mass import Mass
+from modalprep.fe.forms.plain import Plain
 
 
 class Structure:
@@ -53,6 +56,18 @@ class Structure:
     def plain(self) -> list[Plain | None]:
         """The weak forms of each block; None of those without an inside."""
         return [plain(block, self.place) for block in self.blocks]
+
+    @cached_property
+    def weak_masses(self) -> list[list[Mass] | None]:
+        """The mass of each block as weak forms have it; None where it has none or is distributed in another way."""
+        both = zip(self.blocks, self.inertias, self.plain, strict=True)
+        return [None if own is None or inertia is not block else own.masses() for block, inertia, own in both]
+
+    def without_masses(self) -> Structure:
+        """Return the structure without `weak_masses`, whose bases take much memory."""
+        other = copy(self)
+        other.__dict__.pop("weak_masses", None)
+        return other
 
     @cached_property
     def inertias(self) -> list[Inertia]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
-
-import numpy as np
+from typing import Any
 
 from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
@@ -14,35 +12,14 @@ from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.elements.truss import TrussBlock
-from modalprep.fe.forms.basis import ModelBasis, Place
+from modalprep.fe.forms.basis import Place
 from modalprep.fe.forms.beam import PlainBeam, PlainThreeNodeBeam
+from modalprep.fe.forms.block import FormBlock
 from modalprep.fe.forms.curved_shell import PlainCurvedShell
 from modalprep.fe.forms.flat_shell import PlainFlatShell
-from modalprep.fe.forms.mass import Mass
+from modalprep.fe.forms.plain import Plain
 from modalprep.fe.forms.solid import PlainSolid
-from modalprep.fe.forms.terms import Term
 from modalprep.fe.forms.truss import PlainTruss
-
-
-class Plain(Protocol):
-    """The weak forms of the elements of a block."""
-
-    def motions(self) -> list[ModelBasis]:
-        """Bases of the displacement u and, where nodes have rotations of their own, of the rotation t."""
-        ...
-
-    def stiffness(self) -> list[Term]:
-        """Terms of K."""
-        ...
-
-    def geometric_stiffness(self, d: np.ndarray) -> list[Term]:
-        """Terms of Kg of the stress of displacements ``d (n_dof,)``."""
-        ...
-
-    def masses(self) -> list[Mass]:
-        """What the mass objects of theory 1 are sums over."""
-        ...
-
 
 PLAIN: Mapping[type[Block], Callable[[Any, Place], Plain]] = {
     BeamBlock: PlainBeam,
@@ -56,5 +33,7 @@ PLAIN: Mapping[type[Block], Callable[[Any, Place], Plain]] = {
 
 def plain(block: Block, place: Place) -> Plain | None:
     """Return the weak forms of a block; None for point masses and springs, which have no inside."""
+    if isinstance(block, FormBlock):
+        return block.forms(place)
     family = PLAIN.get(type(block))
     return None if family is None else family(block, place)

@@ -25,13 +25,13 @@ from modalprep.fe.forms.terms import Term
 # --8<-- [start:forms]
 @Condensed
 def stiffness(e, k, g, h, f, m, s, r, w):
-    """``int (A e + B k) . f + (B e + D k) . m + S g . s + H h . r``.
+    """``int (A f + B m) . e + (B f + D m) . k + S s . g + H r . h``.
 
     Membrane strain e, curvature k and transverse shear g; h is drilling, or the higher-order membrane strain of OPT.
     """
-    force = mul(w.A, e) + mul(w.B, k)
-    moment = mul(w.B, e) + mul(w.D, k)
-    return dot(force, f) + dot(moment, m) + dot(mul(w.S, g), s) + dot(mul(w.H, h), r)
+    force = mul(w.A, f) + mul(w.B, m)
+    moment = mul(w.B, f) + mul(w.D, m)
+    return dot(force, e) + dot(moment, k) + dot(mul(w.S, s), g) + dot(mul(w.H, r), h)
 
 
 @AllTrials

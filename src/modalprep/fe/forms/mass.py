@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from skfem.assembly import Form, Functional, LinearForm, asm
+from skfem.assembly.form.coo_data import COOData
 from skfem.helpers import dot
 
 from modalprep.fe.elements.mass import RigidInertia
@@ -87,7 +88,15 @@ class Mass(NamedTuple):
 
     def assembled(self, form, **given):
         """Return the matrix, vector or number of a form of this mass."""
-        return asm(form, self.basis, rho=np.atleast_2d(self.rho), at=self.at, unit=self.unit, **given)
+        return asm(form, self.basis, **self._given, **given)
+
+    def cells(self, form: Form, **given: int) -> COOData:
+        """Return the matrices of a form of the single cells."""
+        return form.coo_data(self.basis, **self._given, **given)
+
+    @property
+    def _given(self) -> dict[str, Any]:
+        return {"rho": np.atleast_2d(self.rho), "at": self.at, "unit": self.unit}
 
 
 def added(form: Form, masses: Sequence[Mass], **given: int) -> Any:

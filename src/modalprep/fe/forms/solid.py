@@ -24,14 +24,14 @@ def stress(c, u):
 
 @Condensed
 def stiffness(u, v, w):
-    """``int sigma(u) : grad v``."""
-    return ddot(stress(w.c, u), grad(v))
+    """``int sigma(v) : grad u``."""
+    return ddot(stress(w.c, v), grad(u))
 
 
 @AllTrials
 def geometric_stiffness(u, v, w):
     """``int sigma_kl u_i,k v_i,l`` of the stress of the displacements d."""
-    return np.einsum("kl...,ik...,il...->...", w.sigma, grad(u), grad(v))
+    return ddot(np.einsum("kl...,il...->ik...", w.sigma, grad(v)), grad(u))
 
 
 @AllTrials

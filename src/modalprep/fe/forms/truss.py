@@ -11,6 +11,7 @@ from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.corotation import cell_forces, rotating_terms
 from modalprep.fe.forms.mass import Mass
 from modalprep.fe.forms.terms import Term
+from modalprep.fe.properties.properties import Truss
 
 
 # --8<-- [start:forms]
@@ -65,9 +66,7 @@ class PlainTruss:
             forces = cell_forces(self.stiffness(), self.block.nodes, self.place, d)
             return rotating_terms(self.block, self.place, forces)
         basis = self._motion(1)
-        section = self.block.section
-        strain = dot(_along(basis, d), self._axis(basis))
-        return [Term(geometric_stiffness, basis, {"N": section.material.E * section.A * strain})]
+        return [Term(geometric_stiffness, basis, {"N": tension(basis, d, self.block.section)})]
 
     def masses(self) -> list[Mass]:
         """Return the mass of a line."""
@@ -84,9 +83,9 @@ class PlainTruss:
         dof = np.roll(self.place.dof, 3, axis=1)
         return cell_basis("line", self.block.nodes, self.place._replace(dof=dof), degree=1)
 
-    def _axis(self, basis: ModelBasis) -> np.ndarray:
-        return basis.mapping.normals(basis.X)
 
-
-def _along(basis: ModelBasis, d: np.ndarray) -> np.ndarray:
-    return np.einsum("ij...,j...->i...", basis.interpolate(d).grad, basis.mapping.normals(basis.X))
+def tension(basis: ModelBasis, d: np.ndarray, section: Truss) -> np.ndarray:
+    """Return the normal force ``(ne, nq)`` of displacements ``d (n_dof,)``, N."""
+    axis = basis.mapping.normals(basis.X)
+    strain = np.einsum("ij...,i...,j...->...", basis.interpolate(d).grad, axis, axis)
+    return section.material.E * section.A * strain

@@ -86,6 +86,7 @@ def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | No
         supports,
         pipeline.mesh.mass,
         pipeline_terms(pipeline),
+        pipeline.mesh.forms,
     )
     quality = mesh_quality(mesh, sections, interfaces, connections, supports)
     return model.with_(notes=(*model.notes, *_defects(quality))), quality

@@ -46,6 +46,9 @@ class MeshTable(Table):
         "coupled",
         description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",
     )
+    forms: Literal["compiled", "plain"] = Field(
+        "compiled", description="compiled elements, or their reference implementation in scikit-fem, which is slow"
+    )
 
 
 class MatricesTable(Table):
