@@ -46,8 +46,8 @@ def test_shells_under_constant_curvature(kind):
     K = stiffness(model)
     force = K @ d
     on_edge = (np.abs(x * (x - 0.24)) < 1e-9) | (np.abs(y * (y - 0.12)) < 1e-9)
-    rounding = 1e-13 * abs(K).max() * np.abs(d).max()  # of the membrane, which does not stretch
-    assert rounding < 1e-6 * np.abs(force).max()
+    rounding = 1e-15 * abs(K).max() * np.abs(d).max()  # of the membrane, which does not stretch
+    assert rounding < 1e-5 * np.abs(force).max()
     assert np.abs(force[own[~on_edge]]).max() < rounding
 
 
