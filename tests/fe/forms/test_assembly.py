@@ -13,6 +13,8 @@ import modalprep as mp
 from modalprep.fe.assembly.forms import FORMS
 from modalprep.fe.assembly.structure import Structure
 from modalprep.fe.elements.distribution import MassRule
+from modalprep.pipeline.building.model import assemble_pipeline
+from modalprep.pipeline.schema.load import load_pipeline
 
 SAME = 1e-11  # of the largest entry: rounding
 STEEL = mp.Material(E=2e11, nu=0.3, rho=8000.0)
@@ -139,3 +141,13 @@ def test_one_call_for_both(forms):
 def test_forms_by_name():
     with pytest.raises(mp.InputError, match="forms"):
         mp.assemble(mesh(), PROPERTIES, {"foot": mp.Interface(group="foot", kind="node")}, forms="fast")
+
+
+def test_pipeline_files_name_the_forms(project):
+    """`[mesh] forms` of the panel, which has shells and beams."""
+    source = load_pipeline(project / "pipelines" / "panel.toml")
+    plain = source.model_copy(update={"mesh": source.mesh.model_copy(update={"forms": "plain"})})
+    mesh = mp.read_mesh(project / "meshes" / "panel.msh")
+    wanted, found = (assemble_pipeline(pipeline, mesh) for pipeline in (source, plain))
+    agree(found.K, wanted.K)
+    assert (found.K != wanted.K).nnz  # not the same loops
