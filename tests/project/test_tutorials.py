@@ -12,7 +12,7 @@ HELPERS = re.compile(r"axes\.plot\(")  # of axes that the cell has made
 @pytest.fixture(scope="module")
 def notebooks(project):
     found = {file.name: file.read_text(encoding="utf-8") for file in (project / "docs" / "tutorials").glob("*.ipynb")}
-    assert len(found) >= 7
+    assert len(found) >= 8
     return found
 
 
