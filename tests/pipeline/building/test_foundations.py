@@ -10,6 +10,8 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import beam_mesh, spinup_section
 from modalprep.pipeline.building.energies import energy_tables
+from modalprep.pipeline.building.inputs import inputs
+from modalprep.pipeline.schema.load import load
 
 pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
 
@@ -74,6 +76,16 @@ def test_pinned_beam_on_a_bed_with_a_cable(run):
     page = Path(next(file for file in found["files"] if file.endswith(".html"))).read_text()
     assert "foundation" in page
     assert "added mass" in page
+
+
+@pytest.mark.parametrize("change", [{"bed": "stiffness_per_length = 3e5"}, {"cable": "mass_per_length = 0.6"}])
+def test_a_change_is_a_change_of_the_inputs(run, tmp_path, change):
+    """The file of a body is out of date, and no entry of a cache is taken, when its bed or its added mass changes."""
+    texts = {}
+    for given in ({}, change):
+        run(**given)
+        texts[len(texts)] = inputs(load(tmp_path / "job.toml"))["options_sha256"]
+    assert texts[0] != texts[1]
 
 
 def test_energy_of_terms():
