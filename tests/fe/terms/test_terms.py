@@ -27,9 +27,13 @@ def shell(kind="quad", *, terms=None, curved=False, **section):
     return mp.assemble(mesh, {"skin": mp.Shell(thickness=0.01, **section)}, ROOT, terms=terms)
 
 
-def block(kind="tetra10", terms=None, material=STEEL):
+def block_mesh(kind):
     points, cells = box(kind, (2, 1, 1), size=(1.0, 0.5, 0.4), distort=0.1)
-    mesh = mp.fe.Mesh(points=points, cells={kind: cells}, groups={"body": {kind: np.arange(len(cells))}})
+    return mp.fe.Mesh(points=points, cells={kind: cells}, groups={"body": {kind: np.arange(len(cells))}})
+
+
+def block(kind="tetra10", terms=None, material=STEEL):
+    mesh = block_mesh(kind)
     root = mp.Interface(plane=((0.0, 0, 0), (1.0, 0, 0)))
     return mp.assemble(mesh, {"body": mp.Solid(material=material)}, {"root": root}, terms=terms)
 
@@ -92,6 +96,9 @@ def test_geometric_stiffness_of_solids():
     np.testing.assert_allclose(added, bare, rtol=1e-9, atol=1e-9 * np.abs(bare).max())
     both = (model.geometric_stiffness.project(d[:, None], load[:, None], Phi)[0] for model in (own, plain))
     np.testing.assert_allclose(np.subtract(*both), bare, rtol=1e-9, atol=1e-9 * np.abs(bare).max())
+    recover = {"feet": mp.fe.Recover(kind="mpc_force")}  # the links are those of the plain model
+    feet = [mp.fe.model_recovery(model, block_mesh("tetra"), recover).quantities["feet"] for model in (own, plain)]
+    assert feet[0].places == feet[1].places
 
 
 @pytest.mark.parametrize("curved", [False, True])

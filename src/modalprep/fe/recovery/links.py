@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
+from modalprep.fe.assembly.added_terms import WithGeometricTerms
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
@@ -25,6 +26,8 @@ def link_forces(model: FEModel, mesh: Mesh, where: NodeSet | None) -> Quantity:
         When no link holds one of the nodes.
     """
     prestress = model.geometric_stiffness
+    while isinstance(prestress, WithGeometricTerms):
+        prestress = prestress.inner
     if not isinstance(prestress, GeometricStiffness):
         raise InputError("a model from matrices knows no links of its nodes; recover the reaction of its interfaces")
     step = prestress.links.constraints.step
