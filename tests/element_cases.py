@@ -95,6 +95,7 @@ ELEMENTS = {
     "tapered quad8": tapered(*curved("quad8", offset=0.05)),
     **{kind: solid(kind) for kind in FAMILIES[mp.Solid]},
     **{f"reduced {kind}": solid(kind, integration="reduced") for kind in ("hexahedron20", "wedge15")},
+    "hexahedron20 of reduced stiffness": solid("hexahedron20", integration="reduced_stiffness"),
     **{
         f"{kind} of wood": solid(kind, material=WOOD, axes=((1, 2, 0), (0, 1, 3))) for kind in ("tetra10", "hexahedron")
     },

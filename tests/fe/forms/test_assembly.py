@@ -10,9 +10,8 @@ from size import FULL
 from structured import random_rotation, surface
 
 import modalprep as mp
+from modalprep.fe.assembly.bases import structure_of
 from modalprep.fe.assembly.forms import FORMS
-from modalprep.fe.assembly.structure import Structure
-from modalprep.fe.elements.distribution import MassRule
 from modalprep.pipeline.building.model import assemble_pipeline
 from modalprep.pipeline.schema.load import load_pipeline
 
@@ -127,9 +126,7 @@ def test_bodies():
 def test_one_call_for_both(forms):
     """`skfem.asm` of the same form over some parts; sums over several structures."""
     own = model(forms)
-    parts = [part for part in own.elements.parts if part.group in ("skin", "block")]
-    some, other = (Structure(list(x), own.points, own.dof, MassRule(), np.zeros(3)) for x in (parts[:1], parts[1:]))
-    both = Structure(parts, own.points, own.dof, MassRule(), np.zeros(3))
+    some, other, both = (structure_of(own, *names) for names in (["skin"], ["block"], ["skin", "block"]))
     make = FORMS[forms]
     assert isinstance(make.stiffness, skfem.BilinearForm)
     agree(skfem.asm(make.stiffness, [some, other]), skfem.asm(make.stiffness, both))

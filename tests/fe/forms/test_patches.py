@@ -5,8 +5,8 @@ import pytest
 from structured import box, macneal_harder, random_rotation, shell_model, solid_model
 
 import modalprep as mp
+from modalprep.fe.assembly.bases import structure_of
 from modalprep.fe.assembly.forms import FORMS
-from modalprep.fe.assembly.structure import Structure
 from modalprep.fe.families import FAMILIES
 
 STEEL = mp.Material(E=2e11, nu=0.25, rho=7800.0)
@@ -16,9 +16,7 @@ GRADIENT = np.array([[1e-3, 4e-4, -2e-4], [3e-4, -5e-4, 1e-4], [2e-4, 6e-4, 7e-4
 
 def stiffness(model):
     """Return K of the elements of a model by their weak forms, without what holds it."""
-    parts, rule = model.elements
-    own = Structure(list(parts), model.points, model.dof, rule, np.zeros(3))
-    return FORMS["plain"].stiffness.assemble(own)
+    return FORMS["plain"].stiffness.assemble(structure_of(model))
 
 
 @pytest.mark.parametrize("kind", ["tetra", "pyramid", "wedge", "hexahedron", "tetra10"])

@@ -10,6 +10,7 @@ from skfem.assembly import CellBasis
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part
+from modalprep.fe.assembly.structure import Structure
 from modalprep.fe.forms.basis import Place, cell_basis
 from modalprep.fe.forms.facets import boundary
 from modalprep.fe.forms.families import plain
@@ -111,6 +112,25 @@ def part_bases(parts: Sequence[Part], place: Place) -> list[CellBasis]:
         own = plain(block, place)
         found += [] if own is None else own.motions()
     return found
+
+
+def structure_of(model: FEModel, *groups: str) -> Structure:
+    """Return the elements of some groups, by default of all, over which the forms of `forms.FORMS` are assembled.
+
+    Examples
+    --------
+    >>> import skfem
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.fe.assembly.forms import FORMS
+    >>> model = cantilever_model(elements=4)
+    >>> compiled, plain = (skfem.asm(FORMS[name].stiffness, structure_of(model)) for name in ("compiled", "plain"))
+    >>> bool(abs(compiled - plain).max() < 1e-12 * abs(compiled).max())
+    True
+    """
+    if model.elements is None:
+        raise InputError("a model from matrices has no elements; give their mesh to assemble")
+    parts = [part for part in model.elements.parts if not groups or part.group in groups]
+    return Structure(parts, model.points, model.dof, model.elements.rule, np.zeros(3))
 
 
 def place_of(model: FEModel) -> Place:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from skfem.assembly.form.coo_data import COOData
@@ -53,7 +53,8 @@ class FormBlock(Block):
 
     def piece(self, some: slice | np.ndarray) -> Self:
         """Return the block of `some` of the elements."""
-        return replace(self, nodes=self.nodes[some], x=self.x[some])
+        own: Any = self  # a dataclass
+        return replace(own, nodes=self.nodes[some], x=self.x[some])
 
     @property
     def _width(self) -> int:
@@ -65,7 +66,8 @@ class FormBlock(Block):
         dof = np.full((nodes.size, 6), -1)
         dof[:, : self.components] = np.arange(nodes.size * self.components).reshape(nodes.size, -1)
         place = Place(self.x.reshape(-1, 3), dof, nodes.size * self.components)
-        return replace(self, nodes=nodes).forms(place)
+        own: Any = self
+        return replace(own, nodes=nodes).forms(place)
 
     def _of_cells(self, parts: Iterable[COOData]) -> np.ndarray:
         nl = self._width
