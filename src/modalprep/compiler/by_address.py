@@ -13,7 +13,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from ctypes import c_void_p
 from struct import pack, unpack
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from llvmlite import ir
@@ -39,7 +39,7 @@ NDIM = np.ndarray.ndim.__get__
 FLAGS = np.ndarray.flags.__get__
 ROWS, COLUMNS, ORDER = 0x0001, 0x0002, 0x0503  # flags of an array that make its type: order, aligned, writeable
 LINE = 64  # bytes, of the processor's cache
-Named = TypeVar("Named")
+Named = TypeVar("Named", bound=NamedTuple)
 
 
 class AddressType(types.Type):
@@ -98,7 +98,7 @@ class Addressed:
 
     _named: ClassVar[Any]  # the NamedTuple
     _fields: ClassVar[tuple[str, ...]]
-    _places: dict[str, tuple]  # of a copy of a `Pattern`: class, shape, dtype and first byte of its arrays
+    _places: dict[str, tuple[Any, ...]]  # of a copy of a `Pattern`: class, shape, dtype and first byte of its arrays
     _block: np.ndarray
 
     def __init__(self, *values: Any, **named: Any) -> None:
@@ -147,7 +147,7 @@ class Addressed:
         return TYPES[key]
 
 
-TYPES: dict[tuple, AddressType] = {}  # numba's types of records, by class and layout
+TYPES: dict[tuple[Any, ...], AddressType] = {}  # numba's types of records, by class and layout
 
 
 def layout(value: Any) -> Any:
@@ -158,17 +158,14 @@ def layout(value: Any) -> Any:
     return value._type.name if isinstance(value, Addressed) else type(value)
 
 
-Made = TypeVar("Made", bound=Addressed)
-
-
-class Pattern(Generic[Made]):
+class Pattern(Generic[Named]):
     """A record from which others are made at once: its arrays lie in one block of memory, and are copied with it.
 
     Numbers and the records inside are shared, where no others are given.
 
     Parameters
     ----------
-    record : Made
+    record : record of a class with `by_address`
         What the copies are like.
     given : sequence of str
         Arrays that every copy is given.
@@ -187,11 +184,12 @@ class Pattern(Generic[Made]):
     (array([5., 1., 1.]), array([1., 1., 1.]))
     """
 
-    def __init__(self, record: Made, given: Sequence[str] = ()) -> None:
+    def __init__(self, record: Named, given: Sequence[str] = ()) -> None:
+        addressed: Any = record  # a NamedTuple for type checkers alone
         self.kind = type(record)
-        self.type = record._type
+        self.type: AddressType = addressed._type
         size = 0
-        self.places: dict[str, tuple] = {}
+        self.places: dict[str, tuple[Any, ...]] = {}
         fields = dict(zip(record._fields, record, strict=True))
         self.layouts = {name: layout(value) for name, value in fields.items()}
         self.others = {name: value for name, value in fields.items() if not isinstance(value, np.ndarray)}
@@ -205,13 +203,13 @@ class Pattern(Generic[Made]):
             arrays[name] = np.ndarray.__new__(kind, shape, dtype, self.block, first)
             if np.ascontiguousarray(own[name]).reshape(-1).view(np.uint8).any():  # zeros not written take no memory
                 arrays[name][...] = own[name]
-        self.words = record._replace(**arrays)._words.copy()
+        self.words: np.ndarray = addressed._replace(**arrays)._words.copy()
         self.moves = np.zeros_like(self.words)
         addresses = [self.type.first[name] for name in own]
         self.words[addresses] -= _data(self.block)
         self.moves[addresses] = 1
 
-    def copy(self, **others: np.ndarray | Addressed) -> Made:
+    def copy(self, **others: Any) -> Named:
         """Return a record whose arrays hold what those of the pattern held, with other records and arrays if given.
 
         Raises
@@ -265,7 +263,7 @@ def by_address(cls: type[Named]) -> type[Named]:
     >>> rise(Line(2.0, np.array([1.0, 3.0])), 1)
     6.0
     """
-    return type(
+    made: Any = type(
         cls.__name__,
         (Addressed,),
         {
@@ -278,6 +276,7 @@ def by_address(cls: type[Named]) -> type[Named]:
             **{name: _Lazy(name) for name in cls._fields},
         },
     )
+    return made
 
 
 @typeof_impl.register(Addressed)

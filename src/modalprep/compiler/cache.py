@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba import core
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime.nrt import rtsys
 
 from modalprep.compiler.linking import LinkedCode
@@ -27,7 +27,7 @@ BASELINE = "x86-64-v3"
 BASELINE_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 
 
-class KernelCache(core.caching.FunctionCache):
+class KernelCache(FunctionCache):
     """Numba's cache of a function, which loads compiled code without the registries that only a compiler needs."""
 
     _impl_class = LinkedCode
@@ -53,7 +53,7 @@ def _asked_once(codegen: Any) -> SimpleNamespace:
     return SimpleNamespace(magic_tuple=lambda: processor)
 
 
-class CompiledFiles(core.caching.IndexDataCacheFile):
+class CompiledFiles(IndexDataCacheFile):
     """One whole file for each compiled signature, which says itself what it holds.
 
     Numba keeps an index beside numbered files. After a kill between the two, or when two processes compile for
@@ -65,7 +65,7 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
     that of other sources is never looked at.
     """
 
-    def __init__(self, numbered: core.caching.IndexDataCacheFile, stamp: str) -> None:
+    def __init__(self, numbered: IndexDataCacheFile, stamp: str) -> None:
         base = numbered._index_name.removesuffix(".nbi")
         super().__init__(numbered._cache_path, base, stamp)
         self._base = base

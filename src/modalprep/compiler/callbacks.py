@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
@@ -32,7 +33,8 @@ class Pointer:
     """
 
     def __init__(self, function: Callable[[float], None], raised: np.ndarray) -> None:
-        self.function, self.raised, self.error = function, raised, None
+        self.function, self.raised = function, raised
+        self.error: BaseException | None = None
         self.pointer = SIGNATURE(self._call)
         self.address = ctypes.cast(self.pointer, ctypes.c_void_p).value
 
@@ -50,14 +52,16 @@ def call_address(address: int, t: float) -> None:
     SIGNATURE(address)(t)
 
 
-@intrinsic
-def _call(context, address, t):
+def _typed_call(context: Any, address: Any, t: Any) -> tuple[Any, Callable[..., Any]]:
     def generate(context, builder, signature, arguments):
         function = ir.FunctionType(ir.VoidType(), [ir.DoubleType()])
         builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [arguments[1]])
         return context.get_dummy_value()
 
     return types.void(types.int64, types.float64), generate
+
+
+_call: Any = intrinsic(_typed_call)
 
 
 @overload(call_address, inline="never")

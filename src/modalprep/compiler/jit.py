@@ -7,35 +7,45 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any
 
-from numba import core, njit, typeof, types
+from numba import njit, typeof, types
+from numba.core import dispatcher, event
 
 from modalprep.compiler import by_address
 from modalprep.compiler.stamps import stamp_of
 from modalprep.compiler.switch import FAST
 
-if FAST:
-    from modalprep.compiler import linking
-    from modalprep.compiler.cache import KernelCache
-
 # No flag that assumes finite numbers: a NaN must stay a NaN. Nobody takes kernels as C functions. Without
 # `forceinline` here a kernel takes it from the function for which it is compiled first.
-OPTIONS = {
+OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"},
     "error_model": "numpy",
     "nogil": True,
     "no_cfunc_wrapper": True,
     "forceinline": False,
 }
+INLINE: dict[str, Any] = {"no_cpython_wrapper": True, "forceinline": True}
 # Without reference counts (_nrt) a kernel cannot make arrays, nor assign one to a slice of another (algebra.copy does).
 ALLOCATING: dict[str, Any] = {}
+Dispatcher: Any = dispatcher.Dispatcher  # whose private parts are used
 if FAST:
+    from modalprep.compiler import linking
+    from modalprep.compiler.cache import KernelCache
+
     OPTIONS |= {"_nrt": False, "pipeline_class": linking.KernelCompiler}
     ALLOCATING = {"_nrt": True}
 
-Dispatcher = core.dispatcher.Dispatcher
+    def _keep(kernel: Any, function: Callable, stamp: str) -> None:
+        """Keep the code of a kernel between processes, for itself and for the kernels that call it."""
+        with suppress(RuntimeError):  # numba: "no locator available"
+            kernel._cache = KernelCache(function, stamp)
+        linking.register(kernel)
+else:
+
+    def _keep(kernel: Any, function: Callable, stamp: str) -> None:
+        """Keep nothing."""
 
 
-def compile_kernel(function: Callable, **options: Any) -> Callable:
+def compile_kernel(function: Callable, **options: Any) -> Any:
     """Return ``njit(cache=True)`` of the function; without a writable cache it compiles in every process.
 
     The cached code is used only while the function's file and the kernels and constants that the file imports are as
@@ -43,19 +53,17 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
     """
     stamp = stamp_of(function)
     kernel = njit(**(OPTIONS | options))(function)
-    if FAST and isinstance(kernel, Dispatcher):  # not without a compiler
-        with suppress(RuntimeError):  # numba: "no locator available"
-            kernel._cache = KernelCache(function, stamp)
-        linking.register(kernel)
+    if isinstance(kernel, Dispatcher):  # not without a compiler
+        _keep(kernel, function, stamp)
     return kernel
 
 
-def compile_allocating(function: Callable) -> Callable:
+def compile_allocating(function: Callable) -> Any:
     """Return `compile_kernel` of a function that makes arrays of its own."""
     return compile_kernel(function, **ALLOCATING)
 
 
-def compile_once(function: Callable) -> Callable:
+def compile_once(function: Callable) -> Any:
     """Return `compile_kernel` of a function that takes the constants of its callers, such as True, as it takes numbers.
 
     Numba compiles a function anew for each constant that a compiled caller gives.
@@ -69,13 +77,13 @@ def compile_once(function: Callable) -> Callable:
     return kernel
 
 
-def compile_inline(function: Callable, **options: Any) -> Callable:
+def compile_inline(function: Callable, **options: Any) -> Any:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
     stamp_of(function)
-    return njit(no_cpython_wrapper=True, **(OPTIONS | {"forceinline": True} | options))(function)
+    return njit(**(OPTIONS | INLINE | options))(function)
 
 
-def compile_for(kernel: Callable, *arguments: Any) -> None:
+def compile_for(kernel: Any, *arguments: Any) -> None:
     """Compile a kernel for the types of some arguments, unless a cache has it.
 
     Examples
@@ -89,7 +97,7 @@ def compile_for(kernel: Callable, *arguments: Any) -> None:
         kernel.compile(tuple(map(typeof, arguments)))
 
 
-def is_cached(kernel: Callable) -> bool:
+def is_cached(kernel: Any) -> bool:
     """Return whether the compiled code of a kernel is kept between processes.
 
     Examples
@@ -101,10 +109,10 @@ def is_cached(kernel: Callable) -> bool:
 
 
 NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
-ENTRIES: dict[tuple, Callable] = {}  # compiled functions as Python calls them, by kernel and types of arguments
+ENTRIES: dict[tuple[Any, ...], Callable] = {}  # compiled functions as Python calls them, by kernel and types
 
 
-def bound(kernel: Callable, *first: Any, rest: Sequence[type] = ()) -> Callable:
+def bound(kernel: Any, *first: Any, rest: Sequence[type] = ()) -> Callable:
     """Return the call of a kernel with its first arguments, whose types are looked at here and not at every call.
 
     Numba looks at all arguments of a call to find the code for their types, which takes several microseconds; the call
@@ -149,18 +157,18 @@ def when_compiling(tell: Callable[[], None], package: str | tuple[str, ...]) -> 
     ['compiling']
     """
     listener = _Compilation(tell, package)
-    with core.event.install_listener("numba:compile", listener):
+    with event.install_listener("numba:compile", listener):
         yield
 
 
-class _Compilation(core.event.Listener):
+class _Compilation(event.Listener):
     def __init__(self, tell: Callable[[], None], package: str | tuple[str, ...]) -> None:
         self.tell, self.package, self.told = tell, package, False
 
-    def on_start(self, event: core.event.Event) -> None:
+    def on_start(self, event: Any) -> None:
         if not self.told and event.data["dispatcher"].py_func.__module__.startswith(self.package):
             self.told = True
             self.tell()
 
-    def on_end(self, event: core.event.Event) -> None:
+    def on_end(self, event: Any) -> None:
         pass

@@ -19,12 +19,15 @@ from numba import types
 from numba.core import cgutils, config
 from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing import templates
+from numba.core.typing.templates import AbstractTemplate, signature
 from numba.extending import intrinsic, models, register_model
 
 from modalprep.compiler.jit import compile_inline
 
 F = TypeVar("F", bound=Callable)
+infer_global: Any = templates.infer_global
+DISABLED = bool(vars(config)["DISABLE_JIT"])  # NUMBA_DISABLE_JIT
 WIDTH = 4
 VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 WHICH = ir.VectorType(ir.IntType(32), WIDTH)
@@ -33,7 +36,7 @@ WHICH = ir.VectorType(ir.IntType(32), WIDTH)
 class Lanes(np.ndarray):
     """Four numbers in Python, a value like a number: ``v += w`` leaves other names of v alone."""
 
-    def __iadd__(self, other: np.ndarray | float) -> Lanes:
+    def __iadd__(self, other: Any) -> Any:
         return self + other
 
 
@@ -111,7 +114,7 @@ def _compiled(build: Callable, result: types.Type, *kinds: types.Type) -> Callab
         return signature(result, *kinds), lambda context, builder, sig, values: build(builder, *values)
 
     def decorate(function: F) -> F:
-        if config.DISABLE_JIT:
+        if DISABLED:
             return function
         named = inspect.signature(function).parameters.values()
         first = inspect.Parameter("typing", inspect.Parameter.POSITIONAL_OR_KEYWORD)
@@ -163,9 +166,10 @@ def add_lanes(v):
 
 def _sums(builder: Any, *each: Any) -> Any:
     pairs = []
-    for two in (each[:2], each[2:]):
-        pairs.append(builder.fadd(_shuffled(builder, *two, (0, 4, 2, 6)), _shuffled(builder, *two, (1, 5, 3, 7))))
-    return builder.fadd(_shuffled(builder, *pairs, (0, 1, 4, 5)), _shuffled(builder, *pairs, (2, 3, 6, 7)))
+    for a, b in (each[:2], each[2:]):
+        pairs.append(builder.fadd(_shuffled(builder, a, b, (0, 4, 2, 6)), _shuffled(builder, a, b, (1, 5, 3, 7))))
+    a, b = pairs
+    return builder.fadd(_shuffled(builder, a, b, (0, 1, 4, 5)), _shuffled(builder, a, b, (2, 3, 6, 7)))
 
 
 @_compiled(_sums, LANES, *WIDTH * (LANES,))
@@ -283,8 +287,8 @@ def _refuse_other_numbers(a: Any) -> None:
         raise TypingError(f"four numbers are of type float64; they were asked of {a}")
 
 
-get_lanes: Any = _get_in_python if config.DISABLE_JIT else intrinsic(_load)
-put_lanes: Any = _put_in_python if config.DISABLE_JIT else intrinsic(_store)
+get_lanes: Any = _get_in_python if DISABLED else intrinsic(_load)
+put_lanes: Any = _put_in_python if DISABLED else intrinsic(_store)
 
 
 @compile_inline

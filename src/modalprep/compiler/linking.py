@@ -12,11 +12,11 @@ import gc
 import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from types import CodeType
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba import _dynfunc
 from numba.core.caching import CompileResultCacheImpl
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
@@ -25,6 +25,7 @@ from numba.core.untyped_passes import InlineClosureLikes
 
 from modalprep.compiler.stamps import STAMP
 
+_dynfunc: Any = import_module("numba._dynfunc")  # of C, without types
 Key = tuple[str, str, str]
 SMALL = 100  # instructions that are still copied, for the sake of speed
 KERNELS: dict[Key, Any] = {}  # numba's dispatchers by `_key`
@@ -69,7 +70,7 @@ class KernelCompiler(Compiler):
     def define_pipelines(self) -> list:
         """Return numba's passes without its notes on types, and without those that find nothing to do."""
         (passes,) = super().define_pipelines()
-        needless = [AnnotateTypes]
+        needless: list[type] = [AnnotateTypes]
         if not any(isinstance(x, CodeType) for x in self.state.func_id.code.co_consts):
             needless.append(InlineClosureLikes)
         if not self.state.flags.nrt:  # no expressions of whole arrays
@@ -112,20 +113,20 @@ def register(kernel: Any) -> None:
 class LinkedCode(CompileResultCacheImpl):
     """The cached code of a kernel, and the names of the kernels that it calls."""
 
-    def reduce(self, result: CompileResult) -> tuple:
+    def reduce(self, cres: CompileResult) -> tuple[Any, ...]:
         """Return what is written of a kernel.
 
         Without the globals of numba's own functions, which only Python objects need: to read them back imports half of
         numba, and SciPy.
         """
-        symbol = result.fndesc.llvm_func_name
-        *own, globals_ = result._reduce()
+        symbol = cres.fndesc.llvm_func_name
+        *own, globals_ = cres._reduce()
         own.append(tuple(g for g in globals_ if g.consts or not g.globals["__name__"].startswith("numba.")))
         return _compiled[symbol], [(name, *_compiled[name]) for name in _calls[symbol]], tuple(own)
 
-    def rebuild(self, target_context: Any, saved: tuple) -> CompileResult | None:
+    def rebuild(self, target_context: Any, payload: tuple[Any, ...]) -> Any:
         """Return the kernel after those that it refers to; None when one is gone."""
-        own, called, reduced = saved
+        own, called, reduced = payload
         if not all(key in KERNELS for _, key, _ in called):
             return None
         for name, key, args in called:

@@ -74,7 +74,7 @@ def test_every_key_arrives(tmp_path):
         0.9,
     )
     assert (rod.water.density, rod.water.surface) == (1000.0, 2.0)
-    np.testing.assert_array_equal(rod.water.at(5.0), [0.75, 0, 0])
+    np.testing.assert_array_equal(rod.water.current_at(5.0), [0.75, 0, 0])
     (floor,) = system.closures
     assert (floor.friction_coefficient, floor.transition_velocity, floor.active) == (0.2, 0.01, False)
     (event,) = read_events(pipeline.events)

@@ -59,7 +59,7 @@ def apply(elements, environment, model, data, t):
     power, stored = 0.0, 0.0
     for i in range(len(rows)):
         own = rows[i]
-        f, _, _, p, e = _at(own, environment, model, data, t)
+        f, _, _, p, e = _evaluate(own, environment, model, data, t)
         add_wrench(model, data, own.link_a, own.interface_a, f, ZERO3)
         add_wrench(model, data, own.link_b, own.interface_b, (-f[0], -f[1], -f[2]), ZERO3)
         power, stored = power + p, stored + e
@@ -70,12 +70,12 @@ def apply(elements, environment, model, data, t):
 def observe(elements, environment, model, data, t, i):
     """Return length and tension of spring i."""
     rows = elements.axial_spring
-    _, length, tension, _, _ = _at(rows[i], environment, model, data, t)
+    _, length, tension, _, _ = _evaluate(rows[i], environment, model, data, t)
     return length, tension
 
 
 @compile_kernel
-def _at(own, environment, model, data, t):
+def _evaluate(own, environment, model, data, t):
     """Return what `law` does at the present motion."""
     place = get3(own.position)
     a, _, va, _ = motion(model, data, own.link_a, own.interface_a, place, UNIT9)
@@ -109,9 +109,9 @@ def dense(load: AxialSpring, scene: Scene) -> DenseLoads:
     """Return what it does: the reference implementation."""
     a, b = (scene.end(end, load.position) for end in load.between)
     apart = b.frame.position - a.frame.position
-    length = np.linalg.norm(apart)
+    length = float(np.linalg.norm(apart))
     along = apart / length if length > 0 else apart
-    rate = along @ (b.frame.velocity - a.frame.velocity)
+    rate = float(along @ (b.frame.velocity - a.frame.velocity))
     other = load.damping * rate + value_at(load.actuator_force, scene.t)
     stretch = length - load.free_length
     tension = load.stiffness * stretch + other

@@ -174,7 +174,9 @@ def dense(load: Bushing, scene: Scene) -> DenseLoads:
     w = Ra.T @ (b.frame.angular_velocity - a.frame.angular_velocity)
     k, c = load.stiffness, load.damping
     f = -linear.T @ (k[:3] * d + c[:3] * v) - angular.T @ (np.linalg.solve(left.T, k[3:] * x) + c[3:] * w)
-    return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)
+    power = -float(c[:3] @ v**2 + c[3:] @ w**2)
+    stored = float(k[:3] @ d**2 + k[3:] @ x**2) / 2
+    return DenseLoads(f, power, stored, 0.0)
 
 
 KIND = ElementKind(Bushing, pack, apply, dense, implicit=implicit)

@@ -86,6 +86,8 @@ def _segment(ends, environment, model, data, t):
 def dense(load: Conductor, scene: Scene) -> DenseLoads:
     """Return the forces, the dipole's field by rotations from the planet's axes: the reference implementation."""
     orbit, total = scene.system.orbit, scene.nothing
+    if orbit is None or orbit.dipole is None:
+        return total
     d = orbit.dipole
     u = orbit.argument_of_latitude + orbit.rate * scene.t
     to_orbit = scipy.spatial.transform.Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])

@@ -101,7 +101,7 @@ def dense(load: ExpelledGas, scene: Scene) -> DenseLoads:
     total = wrench_at(exit_, -load.thrust(scene.t) * (exit_.frame.rotation @ load.axis), np.zeros(3))
     for a, b in pairwise(way):
         coriolis = -2 * load.flow(scene.t) * (b.frame.velocity - a.frame.velocity)
-        power = coriolis @ (a.frame.velocity + b.frame.velocity) / 2
+        power = float(coriolis @ (a.frame.velocity + b.frame.velocity)) / 2
         total = plus(total, DenseLoads((a.J + b.J)[:3].T @ coriolis / 2, power, 0.0, 0.0))
     return total
 

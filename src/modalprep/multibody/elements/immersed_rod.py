@@ -208,7 +208,7 @@ def dense(load: ImmersedRod, scene: Scene) -> DenseLoads:
         J = s.J[:3] - skew(r) @ s.J[3:]
         v = s.V[:3] + np.cross(w, r)
         place = s.p + s.R @ r
-        slip = v - s.R.T @ water.at(water.surface - water.up @ place)
+        slip = v - s.R.T @ water.current_at(water.surface - float(water.up @ place))
         along = (axis @ slip) * axis
         across = P @ slip
         drag = -load.normal * np.linalg.norm(across) * across - load.tangential * np.linalg.norm(along) * along
@@ -218,7 +218,7 @@ def dense(load: ImmersedRod, scene: Scene) -> DenseLoads:
         power += ds * (drag @ v - load.added * (turn @ v) * (axis @ v))
         stored += ds * load.added * v @ P @ v / 2
         potential += ds * load.displaced * gravity @ place
-    return DenseLoads(f, power, stored, potential, mass)
+    return DenseLoads(f, float(power), float(stored), float(potential), mass)
 
 
 KIND = ElementKind(ImmersedRod, pack, apply, dense, adds_mass=True)

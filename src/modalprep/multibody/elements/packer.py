@@ -119,10 +119,10 @@ class Packer:
         return tabulate(functions, t_end, names, shortest_event)
 
 
-def ground_or_interface(row: np.record, rotation: np.ndarray = UNIT9) -> tuple[tuple, tuple]:
+def ground_or_interface(row: Any, rotation: Sequence[float] | np.ndarray = UNIT9) -> tuple[tuple, tuple]:
     """Return both ends of an element as `ImplicitRow` has them, with its position and a rotation on the ground."""
-    ends = (row.link_a, row.interface_a), (row.link_b, row.interface_b)
-    return tuple((*end, row.position, rotation) for end in ends)
+    place = row.position, rotation
+    return (row.link_a, row.interface_a, *place), (row.link_b, row.interface_b, *place)
 
 
 @compile_kernel

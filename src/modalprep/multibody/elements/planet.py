@@ -82,7 +82,7 @@ def dense(scene: Scene) -> DenseLoads:
 def _central(load: CentralGravity, s: BodyState) -> DenseLoads:
     """Return what a field of central gravity does to a body."""
     d = s.R.T @ (s.p - load.centre)
-    R = np.linalg.norm(d)
+    R = float(np.linalg.norm(d))
     return _in_field(s, d / R, 1 / R, load.mu / R**3, -load.mu * d / R**3, -load.mu / R)
 
 
@@ -93,7 +93,7 @@ def _in_orbit(orbit: Orbit, s: BodyState) -> DenseLoads:
     w = s.R[2] * orbit.rate
     one = np.eye(3)
     to = s.R[0] + k * x  # from the planet, by the radius
-    far = np.linalg.norm(to)
+    far = float(np.linalg.norm(to))
     q = (orbit.rate / far**1.5) ** 2
     a = (2 * s.R[0] + k * x) @ x / (far + 1)
     g = -q * (x - a * (1 + far + far**2) * s.R[0])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Callable, Sequence
-from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, NamedTuple
@@ -47,6 +46,7 @@ def _kinds() -> dict[str, ElementKind]:
 KINDS = _kinds()
 OBSERVED = {name: kind for name, kind in KINDS.items() if kind.channels}
 Elements = by_address(namedtuple("Elements", KINDS))  # what is packed of each kind
+EMPTY: dict[ElementKind, Any] = {}  # what is packed of no element, the same for all systems: nothing is written to it
 MOTION = np.dtype([("link", np.int64), ("law", np.int64)])  # prescribed link, function of time
 
 
@@ -102,13 +102,11 @@ def pack_loads(system: System, packed: Packed, t_end: float, shortest_event: flo
 
 def _pack(kind: ElementKind, packer: Packer, loads: Sequence[Load]) -> Any:
     own = [load for load in loads if isinstance(load, kind.record)]
-    return kind.pack(packer, own) if own else _none(kind)
-
-
-@cache
-def _none(kind: ElementKind) -> Any:
-    """Return what is packed of no element, the same for all systems: nothing is written to it."""
-    return kind.pack(Packer(None, None), ())
+    if own:
+        return kind.pack(packer, own)
+    if kind not in EMPTY:
+        EMPTY[kind] = kind.pack(packer, ())
+    return EMPTY[kind]
 
 
 def _motions(packer: Packer) -> list[tuple[int, int]]:
@@ -201,7 +199,8 @@ def _either(number: int, observe: Callable, others: Callable) -> Callable:
 def _observer() -> Callable:
     chosen = _unobserved
     for number, kind in enumerate(OBSERVED.values()):
-        chosen = _either(number, kind.observe, chosen)
+        if kind.observe is not None:
+            chosen = _either(number, kind.observe, chosen)
     return chosen
 
 

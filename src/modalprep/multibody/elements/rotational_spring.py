@@ -88,8 +88,8 @@ def implicit(packed: Rotational) -> list[ImplicitRow]:
     """Return a row about each axis, with the slopes at rest; the iterations see the rest of the laws."""
     found = []
     for c in packed.rows:
-        slopes = [max(0.0, curve(packed.knots, law[0], law[1], 0.0)[2]) for law in (c.spring, c.damper)]
-        found.append(ImplicitRow(ABOUT, c.axis, *slopes, ground_or_interface(c, c.rotation)))
+        stiffness, damping = (max(0.0, curve(packed.knots, law[0], law[1], 0.0)[2]) for law in (c.spring, c.damper))
+        found.append(ImplicitRow(ABOUT, c.axis, stiffness, damping, ground_or_interface(c, c.rotation)))
     return found
 
 
@@ -100,7 +100,7 @@ def apply(elements, environment, model, data, t):
     power, stored = 0.0, 0.0
     for i in range(len(packed.rows)):
         own = packed.rows[i]
-        _, torque, G, p, e = _at(packed, own, model, data)
+        _, torque, G, p, e = _evaluate(packed, own, model, data)
         forth = (torque * G[0], torque * G[1], torque * G[2])
         add_wrench(model, data, own.link_a, own.interface_a, ZERO3, forth)
         add_wrench(model, data, own.link_b, own.interface_b, ZERO3, (-forth[0], -forth[1], -forth[2]))
@@ -112,7 +112,7 @@ def apply(elements, environment, model, data, t):
 def observe(elements, environment, model, data, t, i):
     """Return the angle of spring i, and the torque that it has against it."""
     packed = elements.rotational_spring
-    angle, torque, _, _, _ = _at(packed, packed.rows[i], model, data)
+    angle, torque, _, _, _ = _evaluate(packed, packed.rows[i], model, data)
     return angle, torque
 
 
@@ -127,7 +127,7 @@ def angle(own, model, data):
 
 
 @compile_kernel
-def _at(packed, own, model, data):
+def _evaluate(packed, own, model, data):
     """Angle, torque against it, its direction (inertial), power of the damper, and energy, at the present motion."""
     turn = get9(own.rotation)
     _, Ra, _, wa = motion(model, data, own.link_a, own.interface_a, ZERO3, turn)

@@ -7,7 +7,7 @@ dampers take, is integrated along, so that the energy balance checks the whole r
 from __future__ import annotations
 
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -122,7 +122,7 @@ def build_equations(packed: Packed, loading: Loading, data: Data | None = None) 
     implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
     data = data or packed.data()
-    records = {
+    records: dict[str, Any] = {
         "model": packed.model,
         "data": data,
         "trial": loops.trial if loops else data,
@@ -135,7 +135,7 @@ def build_equations(packed: Packed, loading: Loading, data: Data | None = None) 
         if implicit
         else None,
     }
-    given = {"motion": loading.motion, "tau": loading.tau, "slope": loading.slope}
+    given: dict[str, Any] = {"motion": loading.motion, "tau": loading.tau, "slope": loading.slope}
     key = "equations", *map(layout, records.values())
     pattern = packed.pattern(key, lambda: Pattern(Equations(**records, **given, **_own_arrays(packed)), tuple(given)))
     present = {name: record for name, record in records.items() if record is not None}
@@ -145,7 +145,7 @@ def build_equations(packed: Packed, loading: Loading, data: Data | None = None) 
     return equations
 
 
-def _own_arrays(packed: Packed) -> dict[str, np.ndarray]:
+def _own_arrays(packed: Packed) -> dict[str, Any]:
     """Return the arrays of `Equations` that belong to one run."""
     nu = packed.nu
     return {

@@ -59,7 +59,7 @@ def _stages(eq, run, t, h, closed):
         time = t + C[s] * h if s < STAGES else t + h
         if closed and s < STAGES and close(eq, time, run.new, 0.0, False) < 0:
             return OPEN, near, deep
-        run.count[0].evaluations += 1
+        run.counters[0].evaluations += 1
         if s < STAGES:
             status = evaluate(eq, time, run.new, K[s])
         else:
@@ -76,7 +76,7 @@ def _avoidable(eq, run, t):
     """Whether a shorter step has no stage where round-off decides: it begins clearly elsewhere, and may be shorter."""
     if run.clock[0].fixed_step > 0.0:
         return False
-    run.count[0].evaluations += 1
+    run.counters[0].evaluations += 1
     return evaluate(eq, t, run.y, run.K[0]) == GOOD and begins_regular(eq.work)
 
 
@@ -110,7 +110,7 @@ def _error(run, h):
 def _energy_error(eq, run, t):
     """Return what a step from t loses or gains of the energy, over what it may; 0 where rates say enough."""
     shared, clock, size = eq.shared[0], run.clock[0], run.size[0]
-    step = t / max(1.0, run.count[0].steps)
+    step = t / max(1.0, run.counters[0].steps)
     crossed = max(size.spin * step / max(1.0, size.angle), size.speed * step / max(size.travel, TINY))
     if not crossed > CROSSED:
         return 0.0
@@ -130,7 +130,7 @@ def explicit_rows(eq, run, t, h):
     deep = False
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
-        run.count[0].evaluations += 1
+        run.counters[0].evaluations += 1
         if close(eq, t + C_DENSE[s] * h, run.old, 0.0, False) < 0:
             _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])

@@ -84,7 +84,7 @@ def begin(eq, run, method, t, stop):
         remember_momenta(eq, run, t)
     copy(run.y, run.old)
     run.rows[:] = 0.0
-    run.count[0].evaluations += 1
+    run.counters[0].evaluations += 1
     reset_rank(eq.work)
     status = evaluate_measured(eq, t, run.y, run.ydot)
     keep_rank(eq.work)
@@ -132,7 +132,7 @@ def _first_size(eq, run, method, left):
     copy(run.y, run.new)
     for k in range(len(run.y)):
         run.new[k] += h * run.ydot[k]
-    run.count[0].evaluations += 1
+    run.counters[0].evaluations += 1
     status = evaluate(eq, run.clock[0].time + h, run.new, run.newdot)
     if status == GOOD:
         for k in range(len(run.y)):
@@ -173,7 +173,7 @@ def advance(eq, run, watch, method, stop, most):
             if len(run.turns[0]) > 0 and status == GOOD:
                 wound = follow_turns(eq.loads, eq.model, eq.data, run.turns[0], run.turns[1], h)
                 if wound >= 0 and h < NEAREST * stop:
-                    run.count[0].cause = wound
+                    run.counters[0].cause = wound
                     return WOUND
                 status = HALF_TURN if wound >= 0 else GOOD
             if status == GOOD and method == EXPLICIT and _is_interpolated(run, watch, end):
@@ -181,13 +181,13 @@ def advance(eq, run, watch, method, stop, most):
         if status == FAILED_CALLBACK:
             return RAISED
         if status != GOOD:
-            run.count[0].cause = status
-            run.count[0].halved += 1
+            run.counters[0].cause = status
+            run.counters[0].halved += 1
             run.clock[0].error = 1.0
             run.clock[0].next_step = FAILED_GROWTH * h
         elif not passed:
-            run.count[0].rejected += 1
-            run.count[0].cause = GOOD
+            run.counters[0].rejected += 1
+            run.counters[0].cause = GOOD
             least = FIRST_CUT if run.clock[0].last_step == 0.0 else LEAST_GROWTH
             run.clock[0].next_step = h * max(least, SAFETY[method] * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[0].error = -1.0
@@ -238,7 +238,7 @@ def _hold(eq, run, method, h, t, last):
         return GOOD
     status = GOOD
     if moves > 0 and method == EXPLICIT:
-        run.count[0].evaluations += 1
+        run.counters[0].evaluations += 1
         status = evaluate_measured(eq, t, run.new, run.newdot)
     begun_there = h < FOLLOWS * run.clock[0].last_step
     if not last and not begun_there and ends_singular(eq.work, run.clock[0].error == 1.0):
@@ -256,7 +256,7 @@ def _accept(eq, run, watch, method, h, t):
             hermite_rows(run, h)
     if method == ALPHA:
         alpha_accept(eq, run)
-    run.count[0].steps += 1
+    run.counters[0].steps += 1
     run.clock[0].begin, run.clock[0].last_step, run.clock[0].power_before = run.clock[0].time, h, run.ydot[-1]
     run.clock[0].time = t
     _keep_energy(eq, run)
@@ -275,7 +275,7 @@ def _is_interpolated(run, watch, t):
 @compile_kernel
 def _due(run, watch, t):
     """Whether an output falls on or before t, to round-off."""
-    return run.count[0].sampled < len(watch.times) and watch.times[run.count[0].sampled] <= t * (1.0 + 1e-14)
+    return run.counters[0].sampled < len(watch.times) and watch.times[run.counters[0].sampled] <= t * (1.0 + 1e-14)
 
 
 @compile_kernel
@@ -309,11 +309,11 @@ def _next_size(run, method, h, error):
 def sample(model, run, watch):
     """Write the samples of the last step; False when there is no more room."""
     while _due(run, watch, run.clock[0].time):
-        if run.count[0].buffered == len(watch.samples):
+        if run.counters[0].buffered == len(watch.samples):
             return False
-        interpolate(model, run, watch.times[run.count[0].sampled], watch.samples[run.count[0].buffered])
-        run.count[0].buffered += 1
-        run.count[0].sampled += 1
+        interpolate(model, run, watch.times[run.counters[0].sampled], watch.samples[run.counters[0].buffered])
+        run.counters[0].buffered += 1
+        run.counters[0].sampled += 1
     return True
 
 
@@ -325,7 +325,7 @@ def _too_far(model, watch, run):
         for x in range(model.links[i].xq, model.links[i].xq + model.links[i].modes):
             far += abs(run.y[x]) * watch.size[x]
         if far > TOO_FAR:
-            run.count[0].cause = i
+            run.counters[0].cause = i
             return True
     return False
 

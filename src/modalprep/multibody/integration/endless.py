@@ -33,7 +33,7 @@ def refuse_endless(run: Running) -> None:
     SimulationError
         Which names the callback that is too stiff, or the body that moves fastest.
     """
-    count = int(run.steps.count["evaluations"][0])
+    count = int(run.steps.counters["evaluations"][0])
     spent = count - run.looked[0]
     if spent < (EVALUATIONS if run.loading.compiled else CALLS):
         return

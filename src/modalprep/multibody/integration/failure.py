@@ -47,7 +47,7 @@ class Running(Protocol):
 
 def diverged(run: Running) -> str:
     """Return the sentence of a run that ended because a deflection grew beyond all meaning."""
-    name = body_of(run, int(run.steps.count[0].cause))
+    name = body_of(run, int(run.steps.counters[0].cause))
     x = modal_rows(run, name)
     sizes = float(np.abs(run.steps.y[x]) @ run.watch.size[x])
     why = "" if run.system.bodies[name].has_geometric_stiffness else " without geometric stiffness"
@@ -56,7 +56,7 @@ def diverged(run: Running) -> str:
 
 def wound(run: Running) -> str:
     """Return the sentence of a run that ended because a spring of rotations is turned by half a turn."""
-    load = turning(run.system)[int(run.steps.count[0].cause)]
+    load = turning(run.system)[int(run.steps.counters[0].cause)]
     return (
         f"ended at t = {run.steps.clock[0].time:.4g} s: {load.noun} {load.name!r} passes half a turn, where its torque "
         "would jump: make it an element of a joint, whose angle counts the turns"
@@ -65,7 +65,7 @@ def wound(run: Running) -> str:
 
 def failure(run: Running, t: float) -> SimulationError:
     """Return the error of a run that cannot go on at time t: the body, and what to do."""
-    cause = int(run.steps.count[0].cause)
+    cause = int(run.steps.counters[0].cause)
     begin = f"simulation stopped at t = {t:.6g} s: "
     loops = run.loading.loops
     near = loops and min(loops.work.sine[0], loops.work.closed_sine[0]) < SINGULAR

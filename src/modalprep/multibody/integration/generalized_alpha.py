@@ -66,7 +66,7 @@ def alpha_step(eq, run, t, h):
     change = 0.0
     for iteration in range(MOST_ITERATIONS):
         _place(eq, run, h, p)
-        run.count[0].evaluations += 1
+        run.counters[0].evaluations += 1
         if not load(eq, t + h, run.new):
             return FAILED_CALLBACK, 0.0
         hinge_slopes(eq)
@@ -150,7 +150,7 @@ def _finish(eq, run, t, h, share):
     whole = largest_error(eq.model, run, error, True)
     slow = largest_error(eq.model, run, error, False)
     if slow > share and whole <= 1.0:
-        run.count[0].evaluations += 1
+        run.counters[0].evaluations += 1
         keep_slow(eq, t + h, run.new, WIDE * c1, WIDE * WIDE * c2, SMOOTHINGS, error, scratch)
         slow = largest_error(eq.model, run, error, False)
     return larger(whole, slow / share)

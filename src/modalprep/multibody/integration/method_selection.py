@@ -133,7 +133,7 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     are counted: vibrations of the start decay, others come.
     """
     t = float(run.clock[0].time)
-    count = int(run.count[0].evaluations)
+    count = int(run.counters[0].evaluations)
     cost = {choice.method: _expected(t - choice.t, count - choice.spent, spent, t_end - t)}
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
@@ -146,7 +146,7 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     why = f", chosen for {cost[best]:.2g} evaluations of the equations a second{others}"
     if best != choice.method:
         before = f"{choice.before}; {SHORT[choice.method]} before t = {t:.3g} s"
-        choice = choice._replace(t=t, spent=int(run.count[0].evaluations), before=before)
+        choice = choice._replace(t=t, spent=int(run.counters[0].evaluations), before=before)
     return choice._replace(method=best, why=why + choice.before, review=2.0 * count)
 
 
@@ -182,18 +182,18 @@ def _trial(eq: Equations, run: Run, watch: Watch, method: int, stretch: tuple[fl
     """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole stretch."""
     first, stop = stretch
     trial = Run(*(part.copy() for part in run))
-    trial.count[0].evaluations = 0
+    trial.counters[0].evaluations = 0
     unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, np.int64), branches=np.zeros(1, np.int64))
     if begin(eq, trial, method, first, stop) != GOOD:
         return np.inf
     code, trials, cost = RUNNING, 0, np.inf
-    while code == RUNNING and (trials < 2 or trial.count[0].evaluations < budget):
-        t, before = trial.clock[0].time, trial.count[0].evaluations
+    while code == RUNNING and (trials < 2 or trial.counters[0].evaluations < budget):
+        t, before = trial.clock[0].time, trial.counters[0].evaluations
         code = advance(eq, trial, unwatched, method, stop, TRIAL_STEPS)
         moved = trial.clock[0].time - t
         trials = trials + 1
-        cost = (trial.count[0].evaluations - before) / moved if moved > 0.0 else np.inf
-    run.count[0].evaluations += trial.count[0].evaluations
+        cost = (trial.counters[0].evaluations - before) / moved if moved > 0.0 else np.inf
+    run.counters[0].evaluations += trial.counters[0].evaluations
     if code == REACHED:
-        return trial.count[0].evaluations / (stop - first)
+        return trial.counters[0].evaluations / (stop - first)
     return cost if code == RUNNING else np.inf

@@ -86,7 +86,7 @@ def rosenbrock_step(eq, run, t, h):
     error = CAUTION * larger(worst, slow)
     if run.clock[0].fixed_step == 0.0 and not error <= 1.0:
         return GOOD, error
-    run.count[0].evaluations += 1
+    run.counters[0].evaluations += 1
     return evaluate(eq, t + h, run.new, run.newdot), error
 
 
@@ -103,16 +103,16 @@ def _slow_error(eq, run, t, h, worst, error, scratch):
     slow = clock.slow_share * whole
     if not CAUTION * worst <= 1.0:  # rejected already
         return slow
-    if run.count[0].shared < SHARED and h <= LONGER * clock.share_step and CAUTION * slow <= SURE:
-        run.count[0].shared += 1
+    if run.counters[0].shared < SHARED and h <= LONGER * clock.share_step and CAUTION * slow <= SURE:
+        run.counters[0].shared += 1
         return slow
-    run.count[0].evaluations += 1
+    run.counters[0].evaluations += 1
     wide = max(LEAST_WIDE * h * G, SLOW * _slow_time(run))
     keep_slow(eq, t + h, run.new, wide, wide * wide, 1, error, scratch)
     slow = _largest(error, weight, 0, len(error))
     clock.slow_share = slow / whole
     clock.share_step = h
-    run.count[0].shared = 0
+    run.counters[0].shared = 0
     return slow
 
 
@@ -170,7 +170,7 @@ def _stage(eq, run, t, h, i):
             rate[u] += h * GAMMA[i, j] * run.K[j, nx + u]
             place[u] += h * GAMMA[i, j] * run.rows[3 + j, u]
     t_stage = t + h * np.sum(ALPHA[i])
-    run.count[0].evaluations += 1
+    run.counters[0].evaluations += 1
     if not load(eq, t_stage, y):
         return FAILED_CALLBACK
     if i == 0:

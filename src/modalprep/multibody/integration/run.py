@@ -153,7 +153,7 @@ class Integration:
         self.watch = self._watch(times, size)
         self.change_points = ChangePoints(loading, start, y)
         self.watch.branches[0] = loading.loops is not None
-        self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
+        self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.counters))  # read more quickly
         self.forecast = Forecast()
         self.looked: tuple[int, float] = (0, 0.0)  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)

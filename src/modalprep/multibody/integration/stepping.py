@@ -84,7 +84,7 @@ class Run(NamedTuple):
     size: np.ndarray  # (1,) SIZE, the largest so far of all joints, and of the work
     modal_size: np.ndarray  # (nl, 3) the same of each body's modes and their rates; what deflects by the body's size
     clock: np.ndarray  # (1,) CLOCK
-    count: np.ndarray  # (1,) COUNT
+    counters: np.ndarray  # (1,) COUNT
     cells: np.ndarray  # (n, 2) begin of a stretch of time, s, and longest step there
     ends: np.ndarray  # (m,) times at which a step ends, s
     part: np.ndarray  # (nl,) int, the part of each link whose momenta stay, -1 of all others
@@ -119,11 +119,22 @@ def new_run(
 
 @lru_cache(16)
 def _pattern(ny: int, links: int, parts: int, turning: int) -> Pattern[Run]:
-    size, clock, count = (blank(dtype, 1) for dtype in (SIZE, CLOCK, COUNT))
-    vectors = [np.zeros(ny) for _ in range(5)]
-    rows = np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny)
-    kept = np.full(links, -1), blank(PART, parts), blank(KEPT, parts), np.zeros((2, turning, 6))
-    return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count, *NONE, *kept), StepBounds._fields)
+    run = Run(
+        **{name: np.zeros(ny) for name in ("y", "ydot", "old", "new", "newdot")},
+        K=np.zeros((16, ny)),
+        rows=np.zeros((7, ny)),
+        weight=np.ones(ny),
+        size=blank(SIZE, 1),
+        modal_size=np.zeros((links, 3)),
+        clock=blank(CLOCK, 1),
+        counters=blank(COUNT, 1),
+        **NONE._asdict(),
+        part=np.full(links, -1),
+        sums=blank(PART, parts),
+        kept=blank(KEPT, parts),
+        turns=np.zeros((2, turning, 6)),
+    )
+    return Pattern(run, StepBounds._fields)
 
 
 @compile_once

@@ -27,7 +27,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     ZERO6,
     add3,
     add6,
-    at,
     axpy3,
     cross,
     get3,
@@ -38,6 +37,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put9,
     put_angular,
     sub6,
+    unsigned,
 )
 from modalprep.multibody.kernels.interfaces import place_link
 from modalprep.multibody.kernels.joints import (
@@ -109,9 +109,9 @@ def _revolute_kinematics(model, data, i, y):
     """Kinematics of link i with a revolute joint on a rigid body: the common case, without the terms that vanish."""
     link, own = model.links[i], data.links[i]
     arm = get3(link.arm)
-    wP = get3(data.links[at(link.parent)].omega)
-    rate = y[at(model.nx + link.u)]
-    turn = turned(get9(link.rotation), y[at(link.x)])
+    wP = get3(data.links[unsigned(link.parent)].omega)
+    rate = y[unsigned(model.nx + link.u)]
+    turn = turned(get9(link.rotation), y[unsigned(link.x)])
     w = transposed_times(turn, wP)
     v = transposed_times(turn, cross(wP, cross(wP, arm)))
     put9(own.rotation, turn)
@@ -190,11 +190,11 @@ def inward_link(model, data, i, tau, added, c1, c2):
 def _add_to_parent(model, data, i, B, f, t):
     """Add articulated inertia and bias force of link i, in the parent link's axes, to its parent's."""
     arm = get3(data.links[i].arm)
-    parent = data.links[at(model.links[i].parent)]
+    parent = data.links[unsigned(model.links[i].parent)]
     M, H, J = parts(B)
     add_to_modes(data.modal, model, i, M, H, J, (f[0], f[1], f[2], t[0], t[1], t[2]), arm)
     B = shifted(B, arm)
-    if model.links[at(model.links[i].parent)].last_child != i:
+    if model.links[unsigned(model.links[i].parent)].last_child != i:
         B = add6(B, get_lanes6(parent.children))
     put_lanes6(parent.children, B)
     t = add3(t, cross(arm, f))

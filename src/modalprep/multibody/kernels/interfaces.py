@@ -13,7 +13,6 @@ from modalprep.multibody.kernels.algebra.matrices import (
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
-    at,
     axpy3,
     cross,
     get3,
@@ -22,6 +21,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
     put3,
     put6,
+    unsigned,
 )
 from modalprep.multibody.kernels.modal_interfaces import (
     deflected_acceleration,
@@ -33,7 +33,7 @@ from modalprep.multibody.kernels.modal_interfaces import (
 @compile_inline
 def ground_rate(data):
     """Angular velocity of the ground, which turns about z, rad/s."""
-    return data.links[at(len(data.links) - 1)].omega[2]
+    return data.links[unsigned(len(data.links) - 1)].omega[2]
 
 
 @compile_inline
@@ -48,7 +48,7 @@ def seen_spin(data, i):
 @compile_kernel
 def carried(data, p, v):
     """Specific acceleration of a point at p with a constant velocity v relative to the ground, inertial axes."""
-    ground = data.links[at(len(data.links) - 1)]
+    ground = data.links[unsigned(len(data.links) - 1)]
     g = get3(ground.acceleration)
     n = ground.omega[2]
     return g[0] - n * (n * p[0] + 2.0 * v[1]), g[1] - n * (n * p[1] - 2.0 * v[0]), g[2]
@@ -64,8 +64,8 @@ def world(model, data):
 @compile_inline
 def place_link(model, data, i):
     """Position, orientation and velocity of link i, after its parent's."""
-    p = at(model.links[at(i)].parent)
-    own = data.links[at(i)]
+    p = unsigned(model.links[unsigned(i)].parent)
+    own = data.links[unsigned(i)]
     parent = data.links[p]
     base = get9(parent.orientation)
     arm = get3(own.arm)
@@ -78,7 +78,7 @@ def place_link(model, data, i):
 @compile_inline
 def free_position(model, link, node):
     """Position of an interface on the undeformed body of a link, in the link's axes."""
-    return get3(model.interfaces[at(model.links[link].first_interface + node)])
+    return get3(model.interfaces[unsigned(model.links[link].first_interface + node)])
 
 
 @compile_kernel

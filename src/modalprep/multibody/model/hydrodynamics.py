@@ -41,7 +41,7 @@ class Water(Record):
     Examples
     --------
     >>> stream = Water(current=np.array([[2.0, 0, 0], [1.0, 0, 0]]), depths=np.array([0.0, 50.0]))
-    >>> stream.at(25.0), stream.at(80.0)
+    >>> stream.current_at(25.0), stream.current_at(80.0)
     (array([1.5, 0. , 0. ]), array([1., 0., 0.]))
     """
 
@@ -73,7 +73,7 @@ class Water(Record):
             object.__setattr__(self, key, value)
         super().__post_init__()
 
-    def at(self, depth: float) -> np.ndarray:
+    def current_at(self, depth: float) -> np.ndarray:
         """Return the current (3,) at a depth (m).
 
         Returns

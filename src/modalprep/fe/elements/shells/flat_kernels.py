@@ -73,18 +73,18 @@ def _solve(K, right):
 
 
 @compile_allocating
-def _condense(x, C, rule, at, inner, held):
+def _condense(x, C, rule, points, inner, mixed):
     """Set QM6's internal displacements ``inner (4, 6n)`` per ``u, v, tz`` and then ``w, tx, ty`` of the nodes.
 
-    ``held (4, 6n)`` are the forces on them when they are held.
+    ``mixed (4, 6n)`` is the stiffness between internal and nodal displacements.
     """
     slope = np.empty((2, 2))
     own = np.zeros((4, 3))
     K = np.zeros((4, 4))
-    m = at.plane.shape[2]
-    held[:] = 0.0
-    for q in range(len(at.dx)):
-        _internal_slopes(x, rule, q, at.dx[q], slope)
+    m = points.plane.shape[2]
+    mixed[:] = 0.0
+    for q in range(len(points.dx)):
+        _internal_slopes(x, rule, q, points.dx[q], slope)
         for k in range(2):
             own[2 * k, 0] = own[2 * k + 1, 2] = slope[k, 0]
             own[2 * k + 1, 1] = own[2 * k, 2] = slope[k, 1]
@@ -92,18 +92,18 @@ def _condense(x, C, rule, at, inner, held):
             for t in range(3):
                 force = moment = 0.0
                 for s in range(3):
-                    force += at.dx[q] * own[p, s] * C.plane[s, t]
-                    moment += at.dx[q] * own[p, s] * C.coupling[s, t]
+                    force += points.dx[q] * own[p, s] * C.plane[s, t]
+                    moment += points.dx[q] * own[p, s] * C.coupling[s, t]
                 for r in range(4):
                     K[p, r] += force * own[r, t]
                 for j in range(m):
-                    held[p, j] += force * at.plane[q, t, j]
+                    mixed[p, j] += force * points.plane[q, t, j]
                 if moment != 0.0:
                     for j in range(m):
-                        held[p, m + j] += moment * at.bend[q, t, j]
+                        mixed[p, m + j] += moment * points.bend[q, t, j]
     for p in range(4):
         for j in range(2 * m):
-            inner[p, j] = -held[p, j]
+            inner[p, j] = -mixed[p, j]
     _solve(K, inner)
 
 
@@ -129,21 +129,21 @@ def _add_plane(local, R, z, row):
 
 
 @compile_allocating
-def _add_internal(x, rule, inner, R, at, B):
-    """Add the strains of the internal displacements: per ``u, v, tz`` to `at`, per ``w, tx, ty`` to the rows B."""
+def _add_internal(x, rule, inner, R, points, B):
+    """Add the strains of the internal displacements: per ``u, v, tz`` to `points`, per ``w, tx, ty`` to the rows B."""
     slope = np.empty((2, 2))
-    m = at.plane.shape[2]
+    m = points.plane.shape[2]
     row = np.empty((3, m))
-    for q in range(len(at.dx)):
-        _internal_slopes(x, rule, q, at.dx[q], slope)
+    for q in range(len(points.dx)):
+        _internal_slopes(x, rule, q, points.dx[q], slope)
         row[:] = 0.0
         for k in range(2):
             for j in range(m):
                 along = inner[2 * k, j]
                 across = inner[2 * k + 1, j]
-                at.plane[q, 0, j] += slope[k, 0] * along
-                at.plane[q, 1, j] += slope[k, 1] * across
-                at.plane[q, 2, j] += slope[k, 1] * along + slope[k, 0] * across
+                points.plane[q, 0, j] += slope[k, 0] * along
+                points.plane[q, 1, j] += slope[k, 1] * across
+                points.plane[q, 2, j] += slope[k, 1] * along + slope[k, 0] * across
                 along = inner[2 * k, m + j]
                 across = inner[2 * k + 1, m + j]
                 row[0, j] += slope[k, 0] * along
@@ -162,27 +162,27 @@ def strain_rows(lo, hi, cells, moduli, optimal, own, rule, B, dx):
     n = cells.xy.shape[1]
     sides = _sides(n)
     inner = np.empty((4, 6 * n))
-    held = np.empty((4, 6 * n))
+    mixed = np.empty((4, 6 * n))
     there = _strains(len(own.weight), moduli, n)
-    at = _strains(len(rule.weight), moduli, n)
+    points = _strains(len(rule.weight), moduli, n)
     for e in range(lo, hi):
         x = cells.xy[e]
         R = cells.frame[e]
         z = cells.height[e]
         C = _moduli_of(moduli, e)
         measure_sides(x, C.bend, sides)
-        compatible(x, optimal, rule, sides, at)
+        compatible(x, optimal, rule, sides, points)
         B[e] = 0.0
-        dx[e] = at.dx
+        dx[e] = points.dx
         if n == 4:
             compatible(x, optimal, own, sides, there)
-            _condense(x, C, own, there, inner, held)
-            _add_internal(x, rule, inner, R, at, B[e])
-        for q in range(len(at.dx)):
-            for s in range(at.plane.shape[1]):
-                _add_plane(at.plane[q, s], R, z, B[e, q, s if s < 3 else s + 5])
+            _condense(x, C, own, there, inner, mixed)
+            _add_internal(x, rule, inner, R, points, B[e])
+        for q in range(len(points.dx)):
+            for s in range(points.plane.shape[1]):
+                _add_plane(points.plane[q, s], R, z, B[e, q, s if s < 3 else s + 5])
             for s in range(5):
-                _add_bend(at.bend[q, s], R, B[e, q, 3 + s])
+                _add_bend(points.bend[q, s], R, B[e, q, 3 + s])
 
 
 @compile_allocating
@@ -213,14 +213,14 @@ def _add_product(left, C, right, dx, K):
 
 
 @compile_allocating
-def _add_condensed(held, inner, P, D, X):
+def _add_condensed(mixed, inner, P, D, X):
     """Add the stiffness that the internal displacements take off."""
     m = len(P)
     for p in range(4):
         for i in range(m):
             for j in range(i + 1):
-                P[i, j] += held[p, i] * inner[p, j]
-            moment = held[p, m + i]
+                P[i, j] += mixed[p, i] * inner[p, j]
+            moment = mixed[p, m + i]
             if moment != 0.0:
                 for j in range(i + 1):
                     D[i, j] += moment * inner[p, m + j]
@@ -267,9 +267,9 @@ def stiffness(lo, hi, cells, moduli, optimal, rule, K):
     """Elastic stiffness ``K (ne, 6n, 6n)`` per nodal DOF in mesh axes, exactly symmetric."""
     n = cells.xy.shape[1]
     sides = _sides(n)
-    at = _strains(len(rule.weight), moduli, n)
+    points = _strains(len(rule.weight), moduli, n)
     weighted = _strains(len(rule.weight), moduli, n)
-    inner, held = np.empty((4, 6 * n)), np.empty((4, 6 * n))
+    inner, mixed = np.empty((4, 6 * n)), np.empty((4, 6 * n))
     P = np.empty((3 * n, 3 * n))
     D = np.empty((3 * n, 3 * n))
     X = np.empty((3 * n, 3 * n))
@@ -277,15 +277,15 @@ def stiffness(lo, hi, cells, moduli, optimal, rule, K):
         x = cells.xy[e]
         C = _moduli_of(moduli, e)
         measure_sides(x, C.bend, sides)
-        compatible(x, optimal, rule, sides, at)
-        _set_square(at.plane, C.plane, at.dx, weighted.plane, P)
-        _set_square(at.bend, C.bend, at.dx, weighted.bend, D)
+        compatible(x, optimal, rule, sides, points)
+        _set_square(points.plane, C.plane, points.dx, weighted.plane, P)
+        _set_square(points.bend, C.bend, points.dx, weighted.bend, D)
         X[:] = 0.0
-        for q in range(len(at.dx)):
-            _add_product(at.plane[q], C.coupling, at.bend[q], at.dx[q], X)
+        for q in range(len(points.dx)):
+            _add_product(points.plane[q], C.coupling, points.bend[q], points.dx[q], X)
         if n == 4:
-            _condense(x, C, rule, at, inner, held)
-            _add_condensed(held, inner, P, D, X)
+            _condense(x, C, rule, points, inner, mixed)
+            _add_condensed(mixed, inner, P, D, X)
         _to_nodes(P, D, X, cells.frame[e], cells.height[e], K[e])
 
 

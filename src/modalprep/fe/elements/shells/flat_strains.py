@@ -251,16 +251,16 @@ def _add_edge_functions(rule, q, inverse, sides, bend):
 
 
 @compile_allocating
-def compatible(x, optimal, rule, sides, at):
+def compatible(x, optimal, rule, sides, points):
     """Set the strains at the points of a rule, without internal displacements."""
     inverse = np.empty((2, 2))
-    at.plane[:] = 0.0
-    at.bend[:] = 0.0
-    for q in range(len(at.dx)):
-        at.dx[q] = set_map(x, rule.dN, rule.weight, q, inverse)
+    points.plane[:] = 0.0
+    points.bend[:] = 0.0
+    for q in range(len(points.dx)):
+        points.dx[q] = set_map(x, rule.dN, rule.weight, q, inverse)
         if optimal:
-            _optimal_plane(x, rule.N[q], at.plane[q])
+            _optimal_plane(x, rule.N[q], points.plane[q])
         else:
-            _linear_plane(rule, q, inverse, at.plane[q])
-        _add_linear_bending(rule.dN[q], inverse, at.bend[q])
-        _add_edge_functions(rule, q, inverse, sides, at.bend[q])
+            _linear_plane(rule, q, inverse, points.plane[q])
+        _add_linear_bending(rule.dN[q], inverse, points.bend[q])
+        _add_edge_functions(rule, q, inverse, sides, points.bend[q])

@@ -17,7 +17,7 @@ ZERO9 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compile_inline
-def at(i):
+def unsigned(i):
     """Return an index that is not negative as one that does not count from the end: five instructions less."""
     return np.uint64(i)
 

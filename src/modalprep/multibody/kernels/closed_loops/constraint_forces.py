@@ -8,7 +8,7 @@ from __future__ import annotations
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.compiler.lanes import WIDTH, add_lanes, four, get_lanes, get_lanes6
 from modalprep.multibody.kernels.algebra.rows import sums6
-from modalprep.multibody.kernels.algebra.tuples import ZERO6, at, axpy6, get6, put6, sub6
+from modalprep.multibody.kernels.algebra.tuples import ZERO6, axpy6, get6, put6, sub6, unsigned
 from modalprep.multibody.kernels.articulated_body import forward_bias
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
 from modalprep.multibody.kernels.closed_loops.factor import scatter_multipliers
@@ -25,9 +25,9 @@ def apply_multipliers(model, data, work):
     """
     p = 0
     while p < len(work.entries):
-        entry = work.paths.entries[at(p)]
-        link = model.links[at(entry.link)]
-        force = data.links[at(entry.link)].force
+        entry = work.paths.entries[unsigned(p)]
+        link = model.links[unsigned(entry.link)]
+        force = data.links[unsigned(entry.link)].force
         if entry.u >= 0:
             _subtract_along(link, force, _joint_force(work, p, entry.end))
         else:
@@ -62,7 +62,7 @@ def complete_bias_forces(cons, model, data, y, motion, t, work, tau):
 @compile_inline
 def _multiplier(work, p):
     """Return the multipliers of an entry."""
-    return get_lanes(work.solution, WIDTH * work.paths.entries[at(p)].bundle)
+    return get_lanes(work.solution, WIDTH * work.paths.entries[unsigned(p)].bundle)
 
 
 @compile_inline
@@ -70,7 +70,7 @@ def _joint_force(work, p, end):
     """Return the constraint force along a joint of one axis, of entries from p to before `end`."""
     total = four(0.0)
     for q in range(p, end):
-        total = total + _multiplier(work, q) * get_lanes(work.entries[at(q)].joint_force, 0)
+        total = total + _multiplier(work, q) * get_lanes(work.entries[unsigned(q)].joint_force, 0)
     return add_lanes(total)
 
 
@@ -91,14 +91,14 @@ def _subtract_wrench(work, p, end, force):
     none = four(0.0)
     total = none, none, none, none, none, none
     for q in range(p, end):
-        total = axpy6(total, _multiplier(work, q), get_lanes6(work.entries[at(q)].force))
+        total = axpy6(total, _multiplier(work, q), get_lanes6(work.entries[unsigned(q)].force))
     put6(force, sub6(get6(force), sums6(total)))
 
 
 @compile_inline
 def _subtract_modal(model, data, work, p):
     """Subtract the modal constraint forces of entry p from the bias forces of its link's modes."""
-    entry = work.paths.entries[at(p)]
+    entry = work.paths.entries[unsigned(p)]
     for k in range(entry.count):
         push_bias_of_modes(data.modal, model, entry.link, work.solution[WIDTH * entry.bundle + k], work.modal, p, k)
 

@@ -19,7 +19,6 @@ from modalprep.compiler.lanes import four, get_lanes, get_lanes3, put_lanes, put
 from modalprep.multibody.kernels.algebra.matrices import UNIT9, times
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
-    at,
     axpy3,
     cross,
     dot3,
@@ -27,6 +26,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
     put3,
     put9,
+    unsigned,
 )
 from modalprep.multibody.kernels.closed_loops.ends import end_state
 from modalprep.multibody.kernels.interfaces import ground_rate
@@ -237,13 +237,13 @@ def constraint_residual(cons, model, data, y, motion, t, work, movable):
     work.in_plane[0] = 0
     _end_motions(cons, model, data, work)
     for k in range(len(work.bundles)):
-        put_lanes(work.bundles[at(k)].bias, 0, four(0.0))
+        put_lanes(work.bundles[unsigned(k)].bias, 0, four(0.0))
     for k in range(work.paths.movable if movable else len(work.groups)):
-        group, own = work.paths.groups[at(k)], work.groups[at(k)]
+        group, own = work.paths.groups[unsigned(k)], work.groups[unsigned(k)]
         if group.kind != COUPLER:
-            bias = _lines_of_action(group, work.ends[at(group.a)], work.ends[at(group.b)], own)
+            bias = _lines_of_action(group, work.ends[unsigned(group.a)], work.ends[unsigned(group.b)], own)
             if group.bundle >= 0:
-                total = work.bundles[at(group.bundle)].bias
+                total = work.bundles[unsigned(group.bundle)].bias
                 put_lanes(total, 0, get_lanes(total, 0) + bias)
         subtract_prescribed(cons, work, group, own, t)
     _add_couplers(cons, y, model.nx, motion, work)
@@ -254,11 +254,11 @@ def _end_motions(cons, model, data, work):
     """Write the motion of all ends; those on a ground at rest stay where they are."""
     n = ground_rate(data)
     for k in range(len(cons.ends)):
-        end, own = cons.ends[at(k)], work.ends[at(k)]
+        end, own = cons.ends[unsigned(k)], work.ends[unsigned(k)]
         if end.link < 0 and n == 0.0:
             continue
         if end.link >= 0:
-            p, turn, v, w = end_state(end, model, data, own, work.shape[at(k)])
+            p, turn, v, w = end_state(end, model, data, own, work.shape[unsigned(k)])
         else:
             p = get3(end.position)
             turn = UNIT9
@@ -283,11 +283,11 @@ def subtract_prescribed(cons, work, group, own, t):
 def _subtract_constants(work, group, own):
     """Do as `subtract_prescribed` where all values are constant."""
     for c in range(group.count):
-        i = at(group.rows[at(c)])
-        lane = at(group.lane + c)
+        i = unsigned(group.rows[unsigned(c)])
+        lane = unsigned(group.lane + c)
         work.phi[i] = own.terms[lane] - work.value[i]
-        work.rate[i] = own.terms[at(4) + lane]
-        work.bias[i] = own.terms[at(8) + lane]
+        work.rate[i] = own.terms[unsigned(4) + lane]
+        work.bias[i] = own.terms[unsigned(8) + lane]
         if group.kind == SLIP:
             work.driven_rate[i] = work.rate[i]
 

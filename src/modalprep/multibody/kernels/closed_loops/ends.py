@@ -10,7 +10,6 @@ from modalprep.multibody.kernels.algebra.matrices import product, times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
-    at,
     cross,
     get3,
     get9,
@@ -18,6 +17,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put3,
     put6,
     put_angular,
+    unsigned,
 )
 from modalprep.multibody.kernels.interfaces import free_position, ground_rate
 from modalprep.multibody.kernels.modal_interfaces import interface_motion, shape_acceleration
@@ -26,7 +26,7 @@ from modalprep.multibody.kernels.modal_interfaces import interface_motion, shape
 @compile_inline
 def end_state(end, model, data, out, shape):
     """Return position, rotation, velocity and spin of an end on a link; writes its arm and bias to `out`."""
-    link = at(end.link)
+    link = unsigned(end.link)
     node = end.interface
     place = free_position(model, link, node)
     r, turn, v, w, linear, angular = interface_motion(data.modal, model, data, link, node, place, shape)

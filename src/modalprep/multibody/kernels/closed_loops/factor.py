@@ -23,7 +23,7 @@ from modalprep.compiler.lanes import (
     put_lanes,
     with_lane,
 )
-from modalprep.multibody.kernels.algebra.tuples import at
+from modalprep.multibody.kernels.algebra.tuples import unsigned
 
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric M: an angle of 3e-6 rad
 GAP_FACTOR = 10.0  # rows redundant in a closed state are at angles of up to so many gaps where the loops are open
@@ -52,7 +52,7 @@ def solve_multipliers(work):
     """Write the multipliers for which ``Phi''`` of all rows is zero, after `inward_with_rows`; factorises S."""
     blocks = len(work.bundles)
     for q in range(blocks):
-        own = work.bundles[at(q)]
+        own = work.bundles[unsigned(q)]
         put_lanes(work.rhs, WIDTH * q, -1.0 * (get_lanes(own.free, 0) + get_lanes(own.bias, 0)))
     if blocks == 1:  # constants, for which the compiler unrolls loops
         _factorise_and_solve(work, 1)
@@ -92,21 +92,21 @@ def _factorise(work, blocks, solving):
     _initialise(work, blocks)
     rank, least = 0, 1.0
     while rank < WIDTH * blocks:
-        p = work.pivots[at(rank)]
+        p = work.pivots[unsigned(rank)]
         pivot = _most_mobile(work, blocks)
         if pivot != p:
             if pivot < 0:
                 break
-            work.pivots[at(rank)] = pivot
+            work.pivots[unsigned(rank)] = pivot
             continue
-        d = work.remaining[at(p)]
-        square = d / work.diagonal[at(p)]
+        d = work.remaining[unsigned(p)]
+        square = d / work.diagonal[unsigned(p)]
         if not (square > RANK_TOLERANCE and (rank < work.closed_rank[0] or _exceeds_gaps(work, p))):
             break
         least = min(least, square)
-        k = at(rank)
+        k = unsigned(rank)
         g = 1.0 / d
-        work.order[k] = work.paths.row[at(p)]
+        work.order[k] = work.paths.row[unsigned(p)]
         work.inverse[k] = g
         _eliminate(work, blocks, rank, p, g)
         if solving:
@@ -121,8 +121,8 @@ def _factorise(work, blocks, solving):
 def _initialise(work, blocks):
     """Write the diagonal of S, at least a share of the reference mobilities, and the Schur complement before pivots."""
     for q in range(blocks):
-        S = work.bundles[at(q)].S
-        own = work.bundles[at(q)]
+        S = work.bundles[unsigned(q)].S
+        own = work.bundles[unsigned(q)]
         d = lanes(S[0], S[5], S[10], S[15]) + get_lanes(own.compliance, 0)
         put_lanes(work.diagonal, WIDTH * q, larger(d, get_lanes(own.reference_mobility, 0)))
         put_lanes(work.remaining, WIDTH * q, above(d, get_lanes(own.least_mobility, 0), IMMOBILE))
@@ -146,7 +146,7 @@ def _most_mobile(work, blocks):
 @compile_inline
 def _weighted(work, q):
     """Return the Schur complement of the rows of a bundle, lengths relative to the size of the system."""
-    return get_lanes(work.remaining, WIDTH * q) * get_lanes(work.bundles[at(q)].weight, 0)
+    return get_lanes(work.remaining, WIDTH * q) * get_lanes(work.bundles[unsigned(q)].weight, 0)
 
 
 @compile_inline
@@ -156,23 +156,25 @@ def _eliminate(work, blocks, k, p, g):
     Two bundles at a time, as the sums of one are a chain of dependent operations.
     """
     for q in range(0, blocks - 1, 2):
-        one = _column(work, at(q), at(p))
-        two = _column(work, at(q + 1), at(p))
+        one = _column(work, unsigned(q), unsigned(p))
+        two = _column(work, unsigned(q + 1), unsigned(p))
         for j in range(_bound(blocks, k)):
             if j >= k:
                 break
-            f = work.factor[at(j)][at(p)]
-            other = work.columns[at(j)]
+            f = work.factor[unsigned(j)][unsigned(p)]
+            other = work.columns[unsigned(j)]
             one = one - f * get_lanes(other, WIDTH * q)
             two = two - f * get_lanes(other, WIDTH * q + WIDTH)
         _store_column(work, k, p, g, q, one)
         _store_column(work, k, p, g, q + 1, two)
     if blocks & 1:
-        one = _column(work, at(blocks - 1), at(p))
+        one = _column(work, unsigned(blocks - 1), unsigned(p))
         for j in range(_bound(blocks, k)):
             if j >= k:
                 break
-            one = one - work.factor[at(j)][at(p)] * get_lanes(work.columns[at(j)], WIDTH * (blocks - 1))
+            one = one - work.factor[unsigned(j)][unsigned(p)] * get_lanes(
+                work.columns[unsigned(j)], WIDTH * (blocks - 1)
+            )
         _store_column(work, k, p, g, blocks - 1, one)
 
 
@@ -186,8 +188,8 @@ def _bound(blocks, count):
 def _store_column(work, k, p, g, q, column):
     """Write column k for the rows of bundle q, and subtract it from their Schur complement."""
     share = g * column
-    put_lanes(work.columns[at(k)], WIDTH * q, column)
-    put_lanes(work.factor[at(k)], WIDTH * q, share)
+    put_lanes(work.columns[unsigned(k)], WIDTH * q, column)
+    put_lanes(work.factor[unsigned(k)], WIDTH * q, share)
     remaining = get_lanes(work.remaining, WIDTH * q) - share * column
     put_lanes(work.remaining, WIDTH * q, with_lane(remaining, p - WIDTH * q, USED))
 
@@ -202,7 +204,7 @@ def _column(work, q, p):
     if q < block:
         return get_lanes(work.between[block, q].S, WIDTH * k)
     S = work.between[q, block].S
-    return lanes(S[k], S[at(4) + k], S[at(8) + k], S[at(12) + k])
+    return lanes(S[k], S[unsigned(4) + k], S[unsigned(8) + k], S[unsigned(12) + k])
 
 
 @compile_kernel
@@ -233,20 +235,20 @@ def solve(work):
     """Solve ``S multiplier = -residual``; the multipliers of redundant rows are zero."""
     blocks = len(work.bundles)
     for p in range(len(work.paths.row)):
-        i = work.paths.row[at(p)]
-        work.rhs[at(p)] = -work.residual[i] if i >= 0 else 0.0
+        i = work.paths.row[unsigned(p)]
+        work.rhs[unsigned(p)] = -work.residual[i] if i >= 0 else 0.0
     for k in range(work.rank[0]):
-        _substitute(work, blocks, at(k), work.pivots[at(k)], work.inverse[at(k)])
+        _substitute(work, blocks, unsigned(k), work.pivots[unsigned(k)], work.inverse[unsigned(k)])
     _solve_back(work, blocks)
 
 
 @compile_inline
 def _substitute(work, blocks, k, p, g):
     """Do step k of the forward substitution with ``L D``, of the pivot in lane p with the inverse g."""
-    y = work.rhs[at(p)]
-    work.reduced[at(k)] = y * g
+    y = work.rhs[unsigned(p)]
+    work.reduced[unsigned(k)] = y * g
     for q in range(blocks):
-        column = get_lanes(work.factor[at(k)], WIDTH * q)
+        column = get_lanes(work.factor[unsigned(k)], WIDTH * q)
         put_lanes(work.rhs, WIDTH * q, get_lanes(work.rhs, WIDTH * q) - y * column)
 
 
@@ -261,22 +263,22 @@ def _solve_back(work, blocks):
     for k in range(_bound(blocks, rank) - 1, -1, -1):
         if k >= rank:
             continue
-        x, p = work.reduced[at(k)], work.pivots[at(k)]
+        x, p = work.reduced[unsigned(k)], work.pivots[unsigned(k)]
         if blocks > 2:
-            work.solution[at(p)] = x
+            work.solution[unsigned(p)] = x
         else:
             one = with_lane(one, p, x)
             two = with_lane(two, p - WIDTH, x)
         for j in range(k):
-            work.reduced[at(j)] -= work.factor[at(j)][at(p)] * x
+            work.reduced[unsigned(j)] -= work.factor[unsigned(j)][unsigned(p)] * x
     if blocks == 1 or blocks == 2:
         put_lanes(work.solution, 0, one)
     if blocks == 2:
         put_lanes(work.solution, WIDTH, two)
     for p in range(WIDTH * blocks):
-        i = work.paths.row[at(p)]
+        i = work.paths.row[unsigned(p)]
         if i >= 0:
-            work.multiplier[at(i)] = work.solution[at(p)]
+            work.multiplier[unsigned(i)] = work.solution[unsigned(p)]
 
 
 @compile_kernel

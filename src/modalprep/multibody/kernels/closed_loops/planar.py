@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
 from modalprep.compiler.lanes import four, get_lanes, get_lanes3, put_lanes, put_lanes3
-from modalprep.multibody.kernels.algebra.tuples import ZERO3, add3, at, axpy3, dot3, get3
+from modalprep.multibody.kernels.algebra.tuples import ZERO3, add3, axpy3, dot3, get3, unsigned
 from modalprep.multibody.kernels.closed_loops.constraints import subtract_prescribed
 from modalprep.multibody.kernels.closed_loops.products import clear_responses
 from modalprep.multibody.kernels.interfaces import free_position, ground_rate
@@ -32,9 +32,9 @@ def planar_residual(cons, model, data, t, work):
     work.in_plane[0] = 1
     clear_responses(work)
     for k in range(len(work.bundles)):
-        put_lanes(work.bundles[at(k)].bias, 0, four(0.0))
+        put_lanes(work.bundles[unsigned(k)].bias, 0, four(0.0))
     for k in range(work.paths.movable):
-        group, own = work.paths.groups[at(k)], work.groups[at(k)]
+        group, own = work.paths.groups[unsigned(k)], work.groups[unsigned(k)]
         if group.link_a < 0:
             _from_ground(cons, model, data, work, group, own)
         else:
@@ -45,9 +45,9 @@ def planar_residual(cons, model, data, t, work):
 @compile_inline
 def _motion(cons, model, data, end):
     """Return position and velocity of an end on a link, inertial axes, and its position on the link."""
-    link = at(cons.ends[at(end)].link)
+    link = unsigned(cons.ends[unsigned(end)].link)
     own = data.links[link]
-    r = free_position(model, link, cons.ends[at(end)].interface)
+    r = free_position(model, link, cons.ends[unsigned(end)].interface)
     base = own.orientation
     w = own.omega[2]
     arm = (base[0] * r[0] + base[1] * r[1], base[3] * r[0] + base[4] * r[1], base[6] * r[0] + base[7] * r[1])
@@ -60,7 +60,7 @@ def _motion(cons, model, data, end):
 @compile_inline
 def _in_plane(data, i):
     """Return the x and the y axis of a link, inertial axes."""
-    base = data.links[at(i)].orientation
+    base = data.links[unsigned(i)].orientation
     return (base[0], base[3], base[6]), (base[1], base[4], base[7])
 
 
@@ -68,10 +68,12 @@ def _in_plane(data, i):
 def _from_ground(cons, model, data, work, group, own):
     """Write the rows of a group whose end a is on the ground."""
     e = get_lanes3(group.in_a, 0)
-    free = work.bundles[at(group.bundle)].free
+    free = work.bundles[unsigned(group.bundle)].free
     p, v, r = _motion(cons, model, data, group.b)
-    put_lanes3(own.terms, 0, (dot3(e, axpy3(p, -1.0, get3(cons.ends[at(group.a)].position))), dot3(e, v), four(0.0)))
-    put_lanes(free, 0, get_lanes(free, 0) - dot3(e, get3(data.links[at(len(model.links))].acceleration)))
+    put_lanes3(
+        own.terms, 0, (dot3(e, axpy3(p, -1.0, get3(cons.ends[unsigned(group.a)].position))), dot3(e, v), four(0.0))
+    )
+    put_lanes(free, 0, get_lanes(free, 0) - dot3(e, get3(data.links[unsigned(len(model.links))].acceleration)))
     one, two = _in_plane(data, group.link_b)
     force = dot3(one, e), dot3(two, e)
     _force_on_end(data, work, group.link_b, free, group.entry_b, group.accumulates_b, force, (r[0], r[1]), r)
@@ -80,7 +82,7 @@ def _from_ground(cons, model, data, work, group, own):
 @compile_inline
 def _from_link(cons, model, data, work, group, own):
     """Write the rows of a group whose end a is on a link, end b on another one or on the ground."""
-    bundle = work.bundles[at(group.bundle)]
+    bundle = work.bundles[unsigned(group.bundle)]
     one, two = _in_plane(data, group.link_a)
     x, y = get_lanes(group.in_a, 0), get_lanes(group.in_a, 4)
     p, v, r = _motion(cons, model, data, group.a)
@@ -91,13 +93,13 @@ def _from_link(cons, model, data, work, group, own):
         force, arm = (c * x + s * y, c * y - s * x), (r_b[0], r_b[1])
         _force_on_end(data, work, group.link_b, bundle.free, group.entry_b, group.accumulates_b, force, arm, r_b)
     else:
-        p_b = get3(cons.ends[at(group.b)].position)
+        p_b = get3(cons.ends[unsigned(group.b)].position)
         v_b = ZERO3
-        g = get3(data.links[at(len(model.links))].acceleration)
+        g = get3(data.links[unsigned(len(model.links))].acceleration)
         put_lanes(bundle.free, 0, get_lanes(bundle.free, 0) + dot3(g, one) * x + dot3(g, two) * y)
     p, v = axpy3(p_b, -1.0, p), axpy3(v_b, -1.0, v)
     px, py, vx, vy = dot3(one, p), dot3(two, p), dot3(one, v), dot3(two, v)
-    w = data.links[at(group.link_a)].omega[2]
+    w = data.links[unsigned(group.link_a)].omega[2]
     rx, ry = vx + w * py, vy - w * px  # velocity of b relative to link a
     bias = (w * (ry + vy)) * x - (w * (rx + vx)) * y
     put_lanes3(own.terms, 0, (px * x + py * y, rx * x + ry * y, bias))
@@ -110,9 +112,9 @@ def _from_link(cons, model, data, work, group, own):
 def _force_on_end(data, work, link, free, p, accumulates, force, arm, r):
     """Write forces on a link, at an arm from its origin, to entry p; the centripetal acceleration of its end at r."""
     x, y = force
-    w = data.links[at(link)].omega[2]
+    w = data.links[unsigned(link)].omega[2]
     put_lanes(free, 0, get_lanes(free, 0) - ((w * w * r[0]) * x + (w * w * r[1]) * y))
-    put_planar(work.entries[at(p)].force, accumulates, x, y, arm[0] * y - arm[1] * x)
+    put_planar(work.entries[unsigned(p)].force, accumulates, x, y, arm[0] * y - arm[1] * x)
 
 
 @compile_inline

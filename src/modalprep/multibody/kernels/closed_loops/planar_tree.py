@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
 from modalprep.compiler.lanes import WIDTH, add_lanes, four, get_lanes, put_lanes
-from modalprep.multibody.kernels.algebra.tuples import at, dot3, get3, put6
+from modalprep.multibody.kernels.algebra.tuples import dot3, get3, put6, unsigned
 from modalprep.multibody.kernels.closed_loops.factor import solve_multipliers
 from modalprep.multibody.kernels.closed_loops.planar import TORQUE, planar_residual, put_planar
 from modalprep.multibody.kernels.closed_loops.products import add_coupling, add_outer_product
@@ -38,8 +38,8 @@ def planar_accelerations(cons, model, data, t, work, tau, udot):
 @compile_inline
 def _normal_acceleration(model, data):
     """Return the acceleration of the ground along the normal."""
-    base = data.links[at(0)].orientation
-    ground = data.links[at(len(model.links))].acceleration
+    base = data.links[unsigned(0)].orientation
+    ground = data.links[unsigned(len(model.links))].acceleration
     return base[2] * ground[0] + base[5] * ground[1] + base[8] * ground[2]
 
 
@@ -49,12 +49,12 @@ def _inward(model, data, work, tau):
     normal = _normal_acceleration(model, data)
     p = 0
     for i in range(len(model.links) - 1, -1, -1):
-        M, h, J, force, t = _articulated(model.links[at(i)], data.links[at(i)], normal)
+        M, h, J, force, t = _articulated(model.links[unsigned(i)], data.links[unsigned(i)], normal)
         if not J > 0.0:
             return i
         g = 1.0 / J
-        e = tau[at(model.links[at(i)].u)] - t
-        while p < len(work.entries) and work.paths.entries[at(p)].link == i:
+        e = tau[unsigned(model.links[unsigned(i)].u)] - t
+        while p < len(work.entries) and work.paths.entries[unsigned(p)].link == i:
             _eliminate_from_row(model, data, work, p, g, h, e)
             p += 1
         _eliminate(model, data, i, g, e, M, h, force, tau)
@@ -86,9 +86,9 @@ def _eliminate_from_row(model, data, work, p, g, h, torque):
 
     g is the inverse of the inertia about the hinge, h the force of a unit acceleration about it.
     """
-    entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
-    own = data.links[at(entry.link)]
-    total = work.bundles[at(entry.bundle)].free
+    entry, mine = work.paths.entries[unsigned(p)], work.entries[unsigned(p)]
+    own = data.links[unsigned(entry.link)]
+    total = work.bundles[unsigned(entry.bundle)].free
     turn, bias = own.rotation, own.bias
     e = get_lanes(mine.force, TORQUE)
     v = g * e
@@ -98,11 +98,13 @@ def _eliminate_from_row(model, data, work, p, g, h, torque):
     fx, fy = turn[0] * x + turn[1] * y, turn[3] * x + turn[4] * y
     if entry.parent < 0:
         fz = turn[6] * x + turn[7] * y  # the ground's z need not be the normal
-        free = free + dot3((fx, fy, fz), get3(data.links[at(len(model.links))].acceleration))
+        free = free + dot3((fx, fy, fz), get3(data.links[unsigned(len(model.links))].acceleration))
     else:
-        put_planar(work.entries[at(entry.parent)].force, entry.accumulates, fx, fy, own.arm[0] * fy - own.arm[1] * fx)
+        put_planar(
+            work.entries[unsigned(entry.parent)].force, entry.accumulates, fx, fy, own.arm[0] * fy - own.arm[1] * fx
+        )
     put_lanes(total, 0, free)
-    add_outer_product(work.bundles[at(entry.bundle)].S, entry.count, mine.joint_force, v)
+    add_outer_product(work.bundles[unsigned(entry.bundle)].S, entry.count, mine.joint_force, v)
     if p > entry.begin:
         add_coupling(work, p, g)
 
@@ -110,14 +112,14 @@ def _eliminate_from_row(model, data, work, p, g, h, torque):
 @compile_inline
 def _eliminate(model, data, i, g, e, M, h, force, tau):
     """Eliminate the hinge of link i, of inverse inertia g under a torque e, and add the rest to the parent."""
-    link, own = model.links[at(i)], data.links[at(i)]
+    link, own = model.links[unsigned(i)], data.links[unsigned(i)]
     turn = own.rotation
     bx = own.bias[0]
     by = own.bias[1]
     free = g * (e - (h[0] * bx + h[1] * by))
     own.pivot[0] = g
     own.pivot[7] = g * (h[0] * bx + h[1] * by)
-    own.pivot[at(HINGE)] = free
+    own.pivot[unsigned(HINGE)] = free
     x, y = turn[0] * h[0] + turn[1] * h[1], turn[3] * h[0] + turn[4] * h[1]
     if link.parent == len(model.links):
         z = turn[6] * h[0] + turn[7] * h[1]
@@ -135,10 +137,10 @@ def _eliminate(model, data, i, g, e, M, h, force, tau):
     rx, ry = own.arm[0], own.arm[1]
     k, mx, my = rx * y - ry * x, b * rx - a * ry, c * rx - b * ry
     J = my * rx - mx * ry
-    t = tau[at(link.u)] + rx * fy - ry * fx
+    t = tau[unsigned(link.u)] + rx * fy - ry * fx
     gx, gy, gk = g * x, g * y, g * k
-    children = data.links[at(link.parent)].children
-    first = model.links[at(link.parent)].last_child == i
+    children = data.links[unsigned(link.parent)].children
+    first = model.links[unsigned(link.parent)].last_child == i
     _add(children, first, 0, a - gx * x)
     _add(children, first, 1, b - gx * y)
     _add(children, first, 2, c - gy * y)
@@ -153,7 +155,7 @@ def _eliminate(model, data, i, g, e, M, h, force, tau):
 @compile_inline
 def _add(children, first, c, value):
     """Write a number to the sums of a link's children, or add it where the child is not the `first`."""
-    children[at(c)] = value if first else children[at(c)] + value
+    children[unsigned(c)] = value if first else children[unsigned(c)] + value
 
 
 @compile_inline
@@ -163,16 +165,16 @@ def _forward(model, data, work, udot):
     ground = len(model.links)
     p = len(work.entries) - 1
     for i in range(ground):
-        link = model.links[at(i)]
-        own = data.links[at(i)]
+        link = model.links[unsigned(i)]
+        own = data.links[unsigned(i)]
         constraint_torque = four(0.0)
-        while p >= 0 and work.paths.entries[at(p)].link == i:
-            multiplier = get_lanes(work.solution, WIDTH * work.paths.entries[at(p)].bundle)
-            constraint_torque = constraint_torque + multiplier * get_lanes(work.entries[at(p)].joint_force, 0)
+        while p >= 0 and work.paths.entries[unsigned(p)].link == i:
+            multiplier = get_lanes(work.solution, WIDTH * work.paths.entries[unsigned(p)].bundle)
+            constraint_torque = constraint_torque + multiplier * get_lanes(work.entries[unsigned(p)].joint_force, 0)
             p -= 1
-        free = own.pivot[at(HINGE)] + own.pivot[0] * add_lanes(constraint_torque)
+        free = own.pivot[unsigned(HINGE)] + own.pivot[0] * add_lanes(constraint_torque)
         turn = own.rotation
-        parent = data.links[at(link.parent)]
+        parent = data.links[unsigned(link.parent)]
         v = parent.acceleration
         spin = parent.acceleration[5]
         if link.parent == ground:
@@ -185,5 +187,5 @@ def _forward(model, data, work, udot):
             x, y = turn[0] * ax + turn[3] * ay, turn[1] * ax + turn[4] * ay
             angular = free - (own.pivot[1] * ax + own.pivot[2] * ay)
             hinge = angular - spin
-        udot[at(link.u)] = hinge
+        udot[unsigned(link.u)] = hinge
         put6(own.acceleration, (x + own.bias[0], y + own.bias[1], normal, 0.0, 0.0, angular))

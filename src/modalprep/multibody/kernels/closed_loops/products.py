@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
 from modalprep.compiler.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
-from modalprep.multibody.kernels.algebra.tuples import at
+from modalprep.multibody.kernels.algebra.tuples import unsigned
 
 
 @compile_inline
@@ -24,12 +24,12 @@ def add_outer_product(S, count, e, v):
 @compile_inline
 def add_coupling(work, p, g):
     """Add the products of entry p with those before it at its link, whose joint of one axis has the inverse pivot g."""
-    entry = work.paths.entries[at(p)]
-    e = work.entries[at(p)].joint_force
-    q = work.paths.entries[at(p)].begin
+    entry = work.paths.entries[unsigned(p)]
+    e = work.entries[unsigned(p)].joint_force
+    q = work.paths.entries[unsigned(p)].begin
     while q < p:
-        S = work.between[at(entry.bundle), at(work.paths.entries[at(q)].bundle)].S
-        add_outer_product(S, entry.count, e, g * get_lanes(work.entries[at(q)].joint_force, 0))
+        S = work.between[unsigned(entry.bundle), unsigned(work.paths.entries[unsigned(q)].bundle)].S
+        add_outer_product(S, entry.count, e, g * get_lanes(work.entries[unsigned(q)].joint_force, 0))
         q += 1
 
 
@@ -63,11 +63,11 @@ def _solve_free(pivot, x):
 def clear_responses(work):
     """Set S and `free` of all bundles to zero."""
     for k in range(len(work.bundles)):
-        own = work.bundles[at(k)]
+        own = work.bundles[unsigned(k)]
         put_lanes(own.free, 0, _zeros(work))
         _clear(work, own.S)
         for q in range(k):
-            _clear(work, work.between[at(k), at(q)].S)
+            _clear(work, work.between[unsigned(k), unsigned(q)].S)
 
 
 @compile_inline

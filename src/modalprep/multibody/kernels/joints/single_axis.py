@@ -22,7 +22,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
     add6,
-    at,
     axpy3,
     combined,
     dot_in_pairs,
@@ -30,6 +29,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
     put6,
     take6,
+    unsigned,
 )
 from modalprep.multibody.model.joint_types import REVOLUTE
 
@@ -111,7 +111,7 @@ def _axis_inertia(link, B, added):
     m, h, _, d = numbers(B[5])
     if link.joint != REVOLUTE:
         d = link.along * (link.along * m + 2.0 * link.about * h) + link.about * link.about * d
-    return d if added is None else d + added[at(link.u)]
+    return d if added is None else d + added[unsigned(link.u)]
 
 
 @compile_inline
@@ -140,7 +140,7 @@ def _through_axis(link, own, g, v, B, P, tau):
     """
     turn = get9(own.rotation)
     P = add6(P, blocks_times(B, get6(own.bias)))
-    e = g * (tau[at(link.u)] - along_axis(link, P))
+    e = g * (tau[unsigned(link.u)] - along_axis(link, P))
     f, t = column_parts(v)
     f = axpy3(times(turn, (P[0], P[1], P[2])), e, f)
     t = axpy3(times(turn, (P[3], P[4], P[5])), e, t)
@@ -160,8 +160,8 @@ def response(link, own, P, tau):
 def accelerations(link, own, base, linear, angular, tau, udot, biases):
     """See `weld.accelerations`."""
     v, t, u = linear, angular, link.u
-    free = own.pivot[0] * (tau[at(u)] - along_axis(link, own.force)) - biases * own.pivot[7]
-    found = udot[at(u)] = free - dot_in_pairs(take6(own.pivot, 1), base)
+    free = own.pivot[0] * (tau[unsigned(u)] - along_axis(link, own.force)) - biases * own.pivot[7]
+    found = udot[unsigned(u)] = free - dot_in_pairs(take6(own.pivot, 1), base)
     if link.joint == REVOLUTE:
         return v, (t[0], t[1], t[2] + found)
     return (v[0], v[1], v[2] + link.along * found), (t[0], t[1], t[2] + link.about * found)
