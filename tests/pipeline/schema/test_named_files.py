@@ -36,6 +36,7 @@ AROUND = {  # what a key of this beginning needs around it; the longest beginnin
     "rotational_springs": SYSTEM + "[rotational_springs.one]\n" + SPRING,
     "conductors": SYSTEM + '[conductors.one]\nthrough = ["a.root", "a.root"]',
     "mesh": "",
+    "simulation": SYSTEM,
     "matrices": "",
     "matrices.stiffness": '[matrices]\nmass = "m.mtx"',
     "matrices.mass": '[matrices]\nstiffness = "k.mtx"',

@@ -259,10 +259,10 @@ class SimulationTable(Table):
     @model_validator(mode="after")
     def _known_start(self) -> SimulationTable:
         is_file = isinstance(self.start, FileName)
-        if isinstance(self.start, FileName) and not self.start.endswith(".h5"):
+        if isinstance(self.start, FileName) and "." not in self.start:
             raise ValueError(
                 f"start = {str(self.start)!r} is neither 'rest', 'quasi_static', 'equilibrium' nor 'steady', and "
-                "no file .h5 of a run or a state"
+                "no file of a run or a state, such as 'run.h5'"
             )
         if self.start_time is not None and not is_file:
             raise ValueError("start_time is the time of a run whose file is the start; leave it out")
