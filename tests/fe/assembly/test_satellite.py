@@ -262,3 +262,15 @@ def test_panel_bends_as_one_section(project, offset, expected):
     EI = 70e9 * (0.8 * 0.002**3 / 12 + skin * mean**2 + 4 * I_beam + web * (offset - mean) ** 2)
     assert model.rigid.m == pytest.approx(2700 * 1.2 * (skin + web), rel=1e-12)
     assert f == pytest.approx(1.8751**2 / (2 * np.pi * 1.2**2) * np.sqrt(EI / (2700 * (skin + web))), rel=0.01)
+
+
+def test_water_on_the_panel_lowers_its_bending(project):
+    """Lowest frequency and mass of the header of tank-floor.toml, and those of a beam with the mass of the water."""
+    pipeline = load_pipeline(project / "pipelines" / "tank-floor.toml")
+    model = assemble_pipeline(pipeline, mp.read_mesh(project / "meshes" / "panel.msh"))
+    f = mp.craig_bampton(model, modes=4).table.frequency[:2]
+    assert f == pytest.approx([7.54, 7.67], abs=0.01)
+    water = 1000 * 0.02 * 0.8  # kg/m
+    dry = (model.rigid.m - 1.2 * water) / 1.2
+    assert model.rigid.m == pytest.approx(25.97, abs=0.01)
+    assert f[0] == pytest.approx(14.83 * np.sqrt(dry / (dry + water)), rel=0.01)
