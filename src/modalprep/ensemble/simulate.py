@@ -141,7 +141,7 @@ def plan(system: System, cases: Any, channels: Sequence[str], options: Mapping[s
     check_span(*(options[name] for name in ("t_end", "output_step", "rtol", "atol", "method")))
     check_steps(options["t_end"], options["max_step"], options["shortest_event"])
     values = read_cases(cases)
-    begin = getattr(options["start"], "t", 0.0)
+    begin = getattr(options.get("start"), "t", 0.0)
     times = begin + output_times(options["t_end"] - begin, options["output_step"])
     first = Parameters(system, list(values))
     known = _known_channels(first, [column[0] for column in values.values()], times[-1])

@@ -137,32 +137,33 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
 def _distributed(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     """Integrate what is given per area and per length."""
     F = np.zeros(model.n_dof)
-    for term in _terms(name, load):
-        F += sum(term.form.assemble(basis) for basis in _bases(model, mesh, name, term))
+    for key, term in _terms(name, load).items():
+        F += sum(term.form.assemble(basis) for basis in _bases(model, mesh, f"load {name!r}: {key}", term))
     return F
 
 
-def _terms(name: str, load: Load) -> list[Term]:
+def _terms(name: str, load: Load) -> dict[str, Term]:
+    """Return the forms of what is given per area and per length, by its key."""
     faces, lines = bool(load.pressure) or any(load.traction), any(load.line_load)
     if (faces or lines) and load.group is None:
         cells = "triangles or quads" if faces else "lines"
         raise InputError(f"load {name!r}: pressure, traction and line_load need a mesh group of {cells}; name a group")
     group = str(load.group)
-    terms = []
+    terms = {}
     if load.pressure:
-        terms.append(Term(form=pressure(load.pressure), group=group, to="load", on="faces"))
+        terms["pressure"] = Term(form=pressure(load.pressure), group=group, to="load", on="faces")
     if any(load.traction):
-        terms.append(Term(form=traction(np.array(load.traction)), group=group, to="load", on="faces"))
+        terms["traction"] = Term(form=traction(np.array(load.traction)), group=group, to="load", on="faces")
     if lines:
-        terms.append(Term(form=traction(np.array(load.line_load)), group=group, to="load", on="lines"))
+        terms["line_load"] = Term(form=traction(np.array(load.line_load)), group=group, to="load", on="lines")
     return terms
 
 
-def _bases(model: FEModel, mesh: Mesh, name: str, term: Term) -> list:
+def _bases(model: FEModel, mesh: Mesh, what: str, term: Term) -> list:
     try:
         return term_bases(model, mesh, term)
     except InputError as error:
-        raise InputError(f"load {name!r}: {error}") from None
+        raise InputError(f"{what}: {error}") from None
 
 
 def follower_stiffness(model: FEModel, mesh: Mesh, name: str, load: Load) -> csr_array:
