@@ -23,6 +23,7 @@ from modalprep.fe.assembly.placing import Placed, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
 from modalprep.fe.assembly.slight_mass import with_slight_mass
+from modalprep.fe.assembly.sparsity import diagonal_of
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.structure import Structure
 from modalprep.fe.assembly.structure_forms import ModelForms
@@ -188,7 +189,7 @@ def _sum(mesh, structure: Structure, forms: ModelForms, origin, placed: Placed, 
     M = asm(forms.mass, structure)
     g, h = forms.linear(structure)
     constraints = constrain(placed.links, len(g), placed.equations, placed.kept)
-    diagonal = abs(K.diagonal()) + abs(M.diagonal())
+    diagonal = abs(diagonal_of(K)) + abs(diagonal_of(M))
     C, free = without_unused_dofs(constraints.C, constraints.free, diagonal, placed.frames)
     links = LinkStiffness(K, constraints)
     inertias, dof = structure.inertias, structure.place.dof

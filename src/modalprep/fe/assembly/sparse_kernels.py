@@ -138,6 +138,15 @@ def spread_scalar(lo, hi, scalar, indptr, column, row, data):
 
 
 @compile_allocating
+def diagonal(lo, hi, indptr, indices, data, out):
+    """Diagonal ``out (n,)`` of a matrix with sorted indices."""
+    for i in range(lo, hi):
+        k = _find(indices, indptr[i], indptr[i + 1], i)
+        if k < indptr[i + 1] and indices[k] == i:
+            out[i] = data[k]
+
+
+@compile_allocating
 def _find(sorted_array, lo, hi, wanted):
     left = hi - lo
     while left > 1:  # without a branch that the processor could mispredict

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.sparse_kernels import (
     column_numbers,
+    diagonal,
     find_pairs,
     scatter,
     scatter_blocks,
@@ -128,3 +129,18 @@ def node_graph(connectivity: Iterable[np.ndarray], n_nodes: int) -> csr_array:
         return csr_array((n_nodes, n_nodes), dtype=np.int32)
     total.sort_indices()
     return total
+
+
+def diagonal_of(matrix: csr_array) -> np.ndarray:
+    """Return the diagonal (n,) of a square matrix; scipy's takes every entry of it.
+
+    Examples
+    --------
+    >>> diagonal_of(csr_array(np.array([[2.0, 1.0], [0.0, 3.0]])))
+    array([2., 3.])
+    """
+    if not matrix.has_sorted_indices:
+        return matrix.diagonal()
+    out = np.zeros(matrix.shape[0])
+    in_threads(diagonal, len(out), matrix.indptr, matrix.indices, matrix.data, out, least=LIGHT)
+    return out
