@@ -169,7 +169,10 @@ def test_pressure_on_a_closed_surface_has_no_resultant(bracket):
         (dict(group="beam", pressure=1.0), "triangles or quads"),
         (dict(near=(5.0, 0, 0), pressure=1.0), "triangles or quads"),
         (dict(near=(5.0, 0, 0), line_load=(1.0, 0, 0)), "need a mesh group of lines"),
-        (dict(group="tip", line_load=(1.0, 0, 0)), "load 'thrust': line_load: group 'tip' has vertex cells, but no lines"),
+        (
+            dict(group="tip", line_load=(1.0, 0, 0)),
+            "load 'thrust': line_load: group 'tip' has vertex cells, but no lines",
+        ),
         (dict(group="wing", force=(1.0, 0, 0)), "no group 'wing'"),
     ],
 )
