@@ -9,8 +9,9 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.analysis.equilibrium import Equilibrium, static_equilibrium
-from modalprep.multibody.analysis.steady import deflected_state, moving_joints, steady_state
+from modalprep.multibody.analysis.steady import deflected_state, has_start_rate, moving_joints, steady_state
 from modalprep.multibody.evaluation.evaluator import Evaluator, start_state
+from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.system_state import SystemState, state_of
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
@@ -100,7 +101,7 @@ def state_at(system: System, run: Result, t: float | None = None) -> SystemState
     if t is not None and not abs(run.time[k] - t) <= APART * max(1.0, abs(t)):
         raise InputError(f"start: the run has no output at t = {t:g} s; the nearest is at {run.time[k]:.10g} s")
     packed = pack(system)
-    loops = Evaluator(system).loops
+    loops = _loops_of(system)
     index, columns, width = layout(Channels(system, packed, loops))
     row = np.zeros(width)
     for name, places in index.items():
@@ -118,7 +119,12 @@ def state_at(system: System, run: Result, t: float | None = None) -> SystemState
 
 def _of_system(system: System, y: np.ndarray, t: float) -> SystemState:
     """Return the state of a vector; closures keep what they found at the start values of the joints."""
-    return state_of(system, y, t, loops=Evaluator(system).loops)
+    return state_of(system, y, t, loops=_loops_of(system))
+
+
+def _loops_of(system: System) -> Loops | None:
+    """Return the closed loops with the lengths of the start values, where there are any."""
+    return Evaluator(system).loops if system.closures else None
 
 
 def _end_of(run: Result) -> SystemState:
@@ -128,18 +134,13 @@ def _end_of(run: Result) -> SystemState:
 
 
 def _in_equilibrium(system: System) -> SystemState:
-    moving = [joint for joint in moving_joints(system) if _starts_with_rate(system, joint)]
+    moving = [joint.name for joint in system.joints if has_start_rate(joint)]
     if moving:
         raise InputError(
             f"start = 'equilibrium': joint {moving[0]!r} has a rate in its start; leave it out, or give "
             "start = 'steady', which keeps it"
         )
     return _of_system(system, static_equilibrium(system).y, 0.0)
-
-
-def _starts_with_rate(system: System, name: str) -> bool:
-    joint = next(joint for joint in system.joints if joint.name == name)
-    return any(np.any(rate) for rate in (joint.rate, joint.speed, joint.velocity, joint.angular_velocity))
 
 
 def _steady(system: System) -> SystemState:

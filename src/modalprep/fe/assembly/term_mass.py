@@ -78,9 +78,10 @@ def _density(form: BilinearForm, basis: CellBasis) -> tuple[np.ndarray, np.ndarr
     w = FormExtraParams(basis.default_parameters())
     D = np.array([[np.broadcast_to(form.form(*u, *v, w), basis.dx.shape) for u in units] for v in units])
     D = np.moveaxis(D, (0, 1), (2, 3))
-    rho = np.linalg.eigvalsh((D + D.swapaxes(2, 3)) / 2)[..., -1]
+    principal = np.linalg.eigvalsh((D + D.swapaxes(2, 3)) / 2)  # ascending
+    rho = principal[..., -1]
     size = np.abs(D).max()
-    if size == 0 or np.any(np.linalg.eigvalsh((D + D.swapaxes(2, 3)) / 2)[..., 0] < -EXACT * size):
+    if size == 0 or np.any(principal[..., 0] < -EXACT * size):
         raise InputError("its density is zero or negative; give a positive one")
     if np.all(np.abs(D - rho[..., None, None] * np.eye(3)) <= EXACT * size):
         return rho, None

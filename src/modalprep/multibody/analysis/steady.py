@@ -6,12 +6,13 @@ import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.equilibrium import LARGEST
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 
 STEP = 1e-2  # of the differences, in scales of the coordinates
 MAX_STEPS = 50
-LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
 CONVERGED = 1e-13  # step
 STALLED = 1e-9  # step that no longer shrinks: round-off
 NEUTRAL = 1e-10  # of the largest stiffness: a coordinate with less is left where it is
@@ -28,10 +29,17 @@ def moving_joints(system: System) -> tuple[str, ...]:
     >>> moving_joints(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,)))
     ('hinge',)
     """
-    return tuple(joint.name for joint in system.joints if joint.type == "free" or _has_rate(joint))
+    return tuple(joint.name for joint in system.joints if joint.type == "free" or has_start_rate(joint))
 
 
-def _has_rate(joint) -> bool:
+def has_start_rate(joint: Joint) -> bool:
+    """Return whether a joint starts with a speed.
+
+    Examples
+    --------
+    >>> has_start_rate(Joint(name="hinge", type="revolute", parent="ground", child="arm", rate=2.0))
+    True
+    """
     return any(np.any(rate) for rate in (joint.rate, joint.speed, joint.velocity, joint.angular_velocity))
 
 

@@ -46,8 +46,8 @@ class Coordinates:
         (..., n) float
             m sqrt(kg).
         """
-        row = self.packed.model.links[self._link(body)]
-        return self._y[..., row["xq"] : row["xq"] + row["modes"]]
+        refuse_unknown(body, self.system.bodies, "state: body")
+        return self._y[..., self.packed.modes_of(body)]
 
     def modal_rate(self, body: str) -> np.ndarray:
         """Return the rates of the modal coordinates of a body.
@@ -57,9 +57,8 @@ class Coordinates:
         (..., n) float
             m sqrt(kg) / s.
         """
-        row = self.packed.model.links[self._link(body)]
-        first = self.packed.nx + row["uq"]
-        return self._y[..., first : first + row["modes"]]
+        refuse_unknown(body, self.system.bodies, "state: body")
+        return self._y[..., self.packed.modal_rates_of(body)]
 
     def joint(self, name: str) -> JointState:
         """Return coordinates and speeds of a joint, prescribed ones included.
@@ -89,10 +88,6 @@ class Coordinates:
             m or rad, m/s or rad/s; of a quaternion one of its numbers.
         """
         return self._y[..., place] if isinstance(place, int) else self._motion[..., place[0], place[1]]
-
-    def _link(self, body: str) -> int:
-        refuse_unknown(body, self.system.bodies, "state: body")
-        return self.packed.link_of(body)
 
 
 def coordinates(system: System, y: np.ndarray, t: float | np.ndarray = 0.0) -> Coordinates:

@@ -94,9 +94,9 @@ class SystemState(Record):
         for name, values in _known(self.joint_rates, named, "joint"):
             _put(y, [packed.nx + k for k in packed.speeds_of(name)], values, f"joint {name!r} has {{}} speeds")
         for name, values in _known(self.modal, system.bodies, "body"):
-            _put(y, _modes(packed, name, 0), values, f"body {name!r} has {{}} modal coordinates")
+            _put(y, packed.modes_of(name), values, f"body {name!r} has {{}} modal coordinates")
         for name, values in _known(self.modal_rates, system.bodies, "body"):
-            _put(y, _modes(packed, name, packed.nx), values, f"body {name!r} has {{}} modal rates")
+            _put(y, packed.modal_rates_of(name), values, f"body {name!r} has {{}} modal rates")
         return _with_unit_quaternions(packed, y)
 
 
@@ -106,20 +106,14 @@ def _known(values: Mapping[str, np.ndarray], names: Iterable[str], what: str) ->
     return values.items()
 
 
-def _put(y: np.ndarray, places: list[int], values: np.ndarray, what: str) -> None:
+def _put(y: np.ndarray, where: list[int] | slice, values: np.ndarray, what: str) -> None:
     given = np.atleast_1d(np.asarray(values, dtype=float))
-    if given.shape != (len(places),):
-        raise InputError(f"state: {what.format(len(places))}, of which {given.size} are given")
+    count = len(y[where])
+    if given.shape != (count,):
+        raise InputError(f"state: {what.format(count)}, of which {given.size} are given")
     if not np.all(np.isfinite(given)):
-        raise InputError(f"state: {what.format(len(places))}, one of which is not finite")
-    y[places] = given
-
-
-def _modes(packed: Packed, body: str, first: int) -> list[int]:
-    """Return the places of a body's modal coordinates; of its rates with the number of coordinates as `first`."""
-    row = packed.model.links[packed.link_of(body)]
-    begin = int(row["uq"] if first else row["xq"])
-    return [first + begin + k for k in range(int(row["modes"]))]
+        raise InputError(f"state: {what.format(count)}, one of which is not finite")
+    y[where] = given
 
 
 def _with_unit_quaternions(packed: Packed, y: np.ndarray) -> np.ndarray:
@@ -167,18 +161,14 @@ def state_of(
     named = coordinates(system, y, t)
     moving = [joint.name for joint in system.joints if packed.speeds_of(joint.name)]
     flexible = [name for name, body in system.bodies.items() if body.n]
-    values = {} if loops is None else {c.name: loops.work.value[loops.closing.of(k)] for k, c in _numbered(system)}
+    closures = [] if loops is None else [(closure.name, k) for k, closure in enumerate(system.closures)]
     return SystemState(
         t=float(t),
         joints={name: y[packed.coordinates_of(name)] for name in moving},
         joint_rates={name: y[[packed.nx + k for k in packed.speeds_of(name)]] for name in moving},
         modal={name: np.array(named.modal(name)) for name in flexible},
         modal_rates={name: np.array(named.modal_rate(name)) for name in flexible},
-        closures={name: np.array(value) for name, value in values.items()},
-        active={} if loops is None else {c.name: loops.active(k) for k, c in _numbered(system)},
+        closures={name: np.array(loops.work.value[loops.closing.of(k)]) for name, k in closures if loops},
+        active={name: loops.active(k) for name, k in closures if loops},
         steps=dict(steps or {}),
     )
-
-
-def _numbered(system: System) -> Iterable[tuple]:
-    return enumerate(system.closures)

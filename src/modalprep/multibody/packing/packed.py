@@ -119,7 +119,7 @@ class Packed:
 
     @cached_property
     def quaternions(self) -> tuple[slice, ...]:
-        """Places of the quaternions of joints."""
+        """Slices of the state with the quaternions of joints."""
         kinds = [(KINDS[code], x) for code, x, _, _ in self.columns]
         return tuple(slice(x + kind.quaternion, x + kind.quaternion + 4) for kind, x in kinds if kind.quaternion >= 0)
 
@@ -194,6 +194,12 @@ class Packed:
         """Return the places of a body's modal coordinates in the state."""
         row = self.model.links[self.link_of(body)]
         return slice(int(row["xq"]), int(row["xq"] + row["modes"]))
+
+    def modal_rates_of(self, body: str) -> slice:
+        """Return the slice of the state with the rates of a body's modal coordinates."""
+        row = self.model.links[self.link_of(body)]
+        first = self.nx + int(row["uq"])
+        return slice(first, first + int(row["modes"]))
 
     def align(self, link: int) -> np.ndarray:
         """Return the rotation from a link's frame to its body's frame (3, 3)."""

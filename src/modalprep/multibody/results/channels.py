@@ -129,10 +129,9 @@ class Channels:
 
     def _modal_rates(self) -> Iterator[tuple]:
         for name in self.system.order:
-            row = self.packed.model.links[self.packed.link_of(name)]
-            first = self._vector(f"{name}.modal_rate", int(row["modes"]))
-            place = self.packed.nx + int(row["uq"])
-            yield from ((STATE, place + k, 0, first + k) for k in range(int(row["modes"])))
+            rates = self.packed.modal_rates_of(name)
+            column = self._vector(f"{name}.modal_rate", rates.stop - rates.start)
+            yield from ((STATE, k, 0, column + k - rates.start) for k in range(rates.start, rates.stop))
 
     def _hinge(self, i: int, joint: Joint) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""

@@ -258,13 +258,13 @@ class SimulationTable(Table):
 
     @model_validator(mode="after")
     def _known_start(self) -> SimulationTable:
-        is_file = isinstance(self.start, FileName)
-        if isinstance(self.start, FileName) and "." not in self.start:
+        file = self.start if isinstance(self.start, FileName) else None
+        if file is not None and "." not in file:
             raise ValueError(
-                f"start = {str(self.start)!r} is neither 'rest', 'quasi_static', 'equilibrium' nor 'steady', and "
+                f"start = {str(file)!r} is neither 'rest', 'quasi_static', 'equilibrium' nor 'steady', and "
                 "no file of a run or a state, such as 'run.h5'"
             )
-        if self.start_time is not None and not is_file:
+        if self.start_time is not None and file is None:
             raise ValueError("start_time is the time of a run whose file is the start; leave it out")
         return self
 

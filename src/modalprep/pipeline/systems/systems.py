@@ -117,10 +117,10 @@ def simulate_pipeline(
     theories = _theories(simulation, geometric_stiffness)
     variants = {LABELS[theory]: in_theory(system, theory) for theory in theories}
     events = read_events(pipeline.events)
+    start = read_start(simulation, source.folder, system)
     runs: dict[str, Result] = {}
     for number, (label, variant) in enumerate(variants.items()):
         with reporter.progress(f"{path.name}: {label}", simulation.t_end, unit="s") as progress:
-            start = read_start(simulation, source.folder, variant)
             options = {"events": events, "start": start, "reference": reference, "progress": progress}
             file = checkpoint_file(stem, number)
             runs[label] = _simulate(simulation, variant, options, file, reporter)
@@ -144,7 +144,7 @@ def simulate_pipeline(
 
         varied = variants[LABELS[theories[0]]]
         assert isinstance(varied, System)  # by the check of the file: [deployments] are not combined with [ensemble]
-        options = simulation.steps | {"events": events, "start": read_start(simulation, source.folder, varied)}
+        options = simulation.steps | {"events": events, "start": start}
         ensemble = simulate_ensemble(path, pipeline.ensemble, varied, options, main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
     return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
