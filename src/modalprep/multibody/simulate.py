@@ -137,15 +137,9 @@ def simulate(
     """
     refuse_other("simulate: the system", System, system)
     check_span(t_end, output_step, rtol, atol, method)
-    if step is not None and not 0 < step < float("inf"):
-        raise InputError(f"simulation step = {step:g} must be positive")
+    _check_fixed_step(step)
     check_steps(t_end, max_step, shortest_event)
-    if not 0 <= rho_inf <= 1:
-        raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
-    if reference and method not in ("auto", "explicit"):
-        raise InputError(f"the reference implementation is integrated explicitly, not by {method!r}; leave out method")
-    if rho_inf != RHO_INF and (reference or method in ("explicit", "rosenbrock")):
-        raise InputError(f"rho_inf = {rho_inf:g} has no effect on this method; it belongs to 'generalised_alpha'")
+    _check_method(method, rho_inf, reference)
     state = started(system, start)
     begin = 0.0 if state is None else state.t
     if not begin < t_end:
@@ -188,6 +182,21 @@ def simulate(
         *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
     return result.with_(state=_state(integration), events=outcome.events, impacts=outcome.impacts, notes=notes)
+
+
+def _check_fixed_step(step: float | None) -> None:
+    if step is not None and not 0 < step < float("inf"):
+        raise InputError(f"simulation step = {step:g} must be positive")
+
+
+def _check_method(method: str, rho_inf: float, reference: bool) -> None:
+    """Refuse options that the method does not have."""
+    if not 0 <= rho_inf <= 1:
+        raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
+    if reference and method not in ("auto", "explicit"):
+        raise InputError(f"the reference implementation is integrated explicitly, not by {method!r}; leave out method")
+    if rho_inf != RHO_INF and (reference or method in ("explicit", "rosenbrock")):
+        raise InputError(f"rho_inf = {rho_inf:g} has no effect on this method; it belongs to 'generalised_alpha'")
 
 
 def _ringing(integration: Integration, result: Result, modal: dict[str, np.ndarray]) -> tuple[str, ...]:

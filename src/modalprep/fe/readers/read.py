@@ -7,7 +7,7 @@ import contextlib
 import hashlib
 import io
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -39,7 +39,7 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
-READERS = {"ansys": read_ansys, "nastran": read_nastran}
+READERS: dict[str, Callable[..., Mesh]] = {"abaqus": read_abaqus, "ansys": read_ansys, "nastran": read_nastran}
 UNIVERSAL = {".unv", ".uff"}
 MED = ".med"
 
@@ -120,11 +120,9 @@ def read_mesh(
     for name, given in (("size", size), ("order", order)):
         if given is not None:
             raise InputError(f"mesh file {path}: {name!r} is for CAD files, this mesh has its elements; leave it out")
-    if kind == "abaqus":
-        mesh = _checked(read_abaqus(path, *units, ignore, dialect), path)
-        return _deck(with_integration(mesh, integration), path, length_unit, mass_unit)
     if kind is not None:
-        mesh = _checked(READERS[kind](path, *units, ignore), path)
+        own = (dialect,) if kind == "abaqus" else ()
+        mesh = _checked(READERS[kind](path, *units, ignore, *own), path)
         return _deck(with_integration(mesh, integration), path, length_unit, mass_unit)
     if ignore:
         raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
