@@ -22,6 +22,7 @@ from modalprep.correlation import (
 from modalprep.examples import uniform_beam
 from modalprep.formats.uff import write_uff
 
+NORMAL_MODE, COMPLEX_MODE, SINGLE, SINGLE_COMPLEX = 2, 3, 2, 5  # codes of dataset 2414
 DIGITS = 5e-6  # half a unit of the last of six digits, as a universal file has them
 
 
@@ -119,6 +120,45 @@ def test_complex_modes(beam, tmp_path):
     found = correlate(test, modes)
     np.testing.assert_allclose(found.pair_mac, 1.0, rtol=DIGITS)
     assert any("complex" in note for note in found.notes)
+
+
+def write_2414(path, modes, pole=None):
+    """Modes as NX and Permas write them: dataset 2414 by its published records; complex ones with their poles."""
+    kind, data = (NORMAL_MODE, SINGLE) if pole is None else (COMPLEX_MODE, SINGLE_COMPLEX)
+    numbers = lambda values: "".join(f"{v:13.5E}" for v in values)  # noqa: E731
+    lines = ["    -1", "  2411"]
+    for label, x in zip(modes.labels, modes.points, strict=True):
+        lines += [f"{label:10d}{1:10d}{1:10d}{1:10d}", "".join(f"{v:25.16E}" for v in x).replace("E", "D")]
+    lines += ["    -1"]
+    for k in range(modes.n):
+        f = modes.frequency[k]
+        s = [0.0, 0.0] if pole is None else [2 * np.pi * f * pole.real, 2 * np.pi * f * pole.imag]
+        lines += ["    -1", "  2414", f"{k + 1:10d}", f"mode {k + 1}", f"{1:10d}", *["NONE"] * 5]
+        lines += ["".join(f"{v:10d}" for v in (1, kind, 2, 8, data, 3))]
+        lines += [f"{1:10d}" * 8, f"{0:10d}" * 2, numbers([0.0, f, 0.0, 1.0, 0.01, 0.0]), numbers([*s, 0, 0, 0, 0])]
+        for label, u in zip(modes.labels, modes.shape[:, :, k], strict=True):
+            turned = u if pole is None else np.array([u * np.cos(0.7), u * np.sin(0.7)]).T.ravel()
+            lines += [f"{label:10d}", numbers(turned)]
+        lines += ["    -1"]
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(("pole", "damping"), [(None, 0.01), (-0.02 + 1j * np.sqrt(1 - 0.02**2), 0.02)])
+def test_modes_of_dataset_2414(beam, tmp_path, pole, damping):
+    modes = body_modes(beam)
+    write_2414(tmp_path / "modes.unv", modes, pole)
+    test = read_test_modes(tmp_path / "modes.unv")
+    np.testing.assert_allclose(test.frequency, modes.frequency, rtol=DIGITS)
+    np.testing.assert_allclose(test.damping, damping, rtol=DIGITS)
+    np.testing.assert_allclose(correlate(test, modes).pair_mac, 1.0, rtol=DIGITS)
+
+
+def test_stresses_of_dataset_2414_are_no_modes(beam, tmp_path):
+    write_2414(tmp_path / "modes.unv", body_modes(beam))
+    mode, tensor = (f"{1:10d}{2:10d}{c:10d}" for c in (2, 4))
+    (tmp_path / "modes.unv").write_text((tmp_path / "modes.unv").read_text().replace(mode, tensor))
+    with pytest.raises(mp.InputError, match="no mode shapes .dataset 55 or 2414"):
+        read_test_modes(tmp_path / "modes.unv")
 
 
 def write_complex(path, modes, phase, damping):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import mass_matrix, rigid_mass_matrix
+from modalprep.body.mass import mass_matrix, rigid_mass_matrix, stated_mass_matrix
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import warn, warnings_of
@@ -212,7 +212,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     """
     refuse_other("check_body: the body", FlexibleBody, body)
     with np.errstate(all="ignore"):  # what is not finite does not pass
-        bent = float(np.max([indefinite(body, BENT * q) for q in deflections(body)], initial=0.0))
+        bent = float(np.max([indefinite(mass_matrix(body, BENT * q)) for q in deflections(body)], initial=0.0))
     meaning = f"and with deflections of {BENT:.0%} of the body's size"
     checks = [*check_identities(body), Check("mass matrix, bent", bent, IDENTITY, meaning)]
     warn(f"check of {body.name!r}: {check.name}: {check.says}" for check in checks if not check.within)
@@ -262,7 +262,7 @@ def _identities(body: FlexibleBody) -> list[Check]:
         Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
         Check("modal damping", damping, 0.0, "D is not negative"),
         Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric, T in its last two modes"),
-        Check("mass matrix", indefinite(body, np.zeros(body.n)), IDENTITY, "positive definite without deflection"),
+        Check("mass matrix", indefinite(stated_mass_matrix(body)), IDENTITY, "positive definite without deflection"),
         Check("sizes", _largest(body), LARGEST, "of modes and Kg, in units of the body's mass and size"),
     ]
 
@@ -319,18 +319,17 @@ def deflections(body: FlexibleBody) -> np.ndarray:
     return answers * size / reach if reach > 0 else answers[:0]
 
 
-def indefinite(body: FlexibleBody, q: np.ndarray) -> float:
-    """Return how far the smallest eigenvalue of the scaled ``M(q) (6 + n, 6 + n)`` lies below zero.
+def indefinite(M: np.ndarray) -> float:
+    """Return how far the smallest eigenvalue of a mass matrix (6 + n, 6 + n), scaled, lies below zero.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> indefinite(uniform_beam(modes=2), np.zeros(2))
+    >>> indefinite(mass_matrix(uniform_beam(modes=2), np.zeros(2)))
     0.0
     """
-    full = mass_matrix(body, q)
-    scale = 1 / np.sqrt(np.maximum(np.diag(full), 1e-12 * np.abs(full).max()))
-    return float(np.maximum(0.0, -_eigenvalues(full * scale * scale[:, None])[0]))
+    scale = 1 / np.sqrt(np.maximum(np.diag(M), 1e-12 * np.abs(M).max()))
+    return float(np.maximum(0.0, -_eigenvalues(M * scale * scale[:, None])[0]))
 
 
 def _eigenvalues(A: np.ndarray) -> np.ndarray:

@@ -317,6 +317,23 @@ def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     return assembled(body.m, deflected(affine_part(body), q))
 
 
+def stated_mass_matrix(body: FlexibleBody) -> np.ndarray:
+    """Return the mass matrix (6 + n, 6 + n) without deflection as the integrals state it, as `mass_matrix`.
+
+    Integrals that contradict each other make it indefinite. `mass_matrix` never is: it takes a direction along which
+    the second moment about the centre of mass is negative for one without extent.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> beam = uniform_beam(modes=2)
+    >>> bool(np.allclose(stated_mass_matrix(beam), mass_matrix(beam, np.zeros(2))))
+    True
+    """
+    cross = np.vstack([body.S, cross_moment(body.H)])
+    return np.block([[rigid_mass_matrix(body.m, body.s0, body.E0), cross], [cross.T, body.modal_mass]])
+
+
 def assembled(m: float, at: Deflected) -> np.ndarray:
     """Return the mass matrix of a body of mass m at a deflection."""
     cross = np.vstack([at.S, cross_moment(at.L)])

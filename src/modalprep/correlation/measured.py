@@ -14,15 +14,17 @@ from modalprep.errors import InputError
 from modalprep.suggest import refuse_missing
 
 NODES = (15, 2411)
-SHAPES, TRACES, SYSTEMS, UNITS = 55, 82, 2420, 164
-# analysis types of dataset 55
+SHAPES, ANALYSIS, TRACES, SYSTEMS, UNITS = 55, 2414, 82, 2420, 164
+# codes of datasets 55 and 2414: types of analysis, data at nodes, vectors of three and six components
 NORMAL = 2
 COMPLEX = (3, 7)
+AT_NODES = 1
+VECTORS = (2, 3)
 RESPONSES = ("r1", "r2", "r3")
 
 
 def read_test_modes(path: str | Path, *, length: float | None = None) -> ModeSet:
-    """Read measured modes: datasets 55 (normal and complex modes) at the nodes of datasets 15 or 2411.
+    """Read measured modes, or another program's: datasets 55 or 2414 (normal and complex modes) at nodes 15 or 2411.
 
     Parameters
     ----------
@@ -45,14 +47,16 @@ def read_test_modes(path: str | Path, *, length: float | None = None) -> ModeSet
 
     References
     ----------
-    Universal file datasets 15, 55, 82, 164, 2411, 2420 (University of Cincinnati, Structural Dynamics Research Lab).
+    Universal file datasets 15, 55, 82, 164, 2411, 2414, 2420 (University of Cincinnati, Structural Dynamics Research
+    Laboratory).
     """
     path = Path(path)
     refuse_missing(path, "universal file")
     sets = _datasets(path)
-    shapes = [s for s in sets if s["type"] == SHAPES and s.get("analysis_type") in (NORMAL, *COMPLEX)]
+    shapes = [s for s in sets if s["type"] in (SHAPES, ANALYSIS) and s.get("analysis_type") in (NORMAL, *COMPLEX)]
+    shapes = [shape for shape in shapes if shape["type"] == SHAPES or _is_motion(shape)]
     if not shapes:
-        raise InputError(f"{path} has no mode shapes (dataset 55 of normal or complex modes)")
+        raise InputError(f"{path} has no mode shapes (dataset 55 or 2414 of normal or complex modes)")
     nodes = next((s for s in sets if s["type"] in NODES), None)
     if nodes is None:
         raise InputError(f"{path} has no nodes (dataset 15 or 2411), so that its sensors have no place")
@@ -65,7 +69,7 @@ def read_test_modes(path: str | Path, *, length: float | None = None) -> ModeSet
 def _datasets(path: Path) -> list[dict[str, Any]]:
     import pyuff
 
-    wanted = {*NODES, SHAPES, TRACES, SYSTEMS, UNITS}
+    wanted = {*NODES, SHAPES, ANALYSIS, TRACES, SYSTEMS, UNITS}
     try:
         file = pyuff.UFF(str(path))
         found = [file.read_sets(k) for k, kind in enumerate(file.get_set_types()) if int(kind) in wanted]
@@ -85,7 +89,8 @@ def _modes(path: Path, sets: list, nodes: dict, shapes: list[dict], length: floa
     axes = component_axes(path, nodes, systems, points)
     row = {label: k for k, label in enumerate(labels.tolist())}
     columns, poles = [], []
-    for shape in shapes:
+    for found in shapes:
+        shape = _as_55(found) if found["type"] == ANALYSIS else found
         columns.append(_column(path, shape, row))
         poles.append(_pole(shape))
     frequency, damping = np.array(poles, dtype=float).T
@@ -106,6 +111,28 @@ def _modes(path: Path, sets: list, nodes: dict, shapes: list[dict], length: floa
         lines=_lines(sets, keep),
         axes=None if axes is None else axes[known],
     )
+
+
+def _is_motion(dataset: dict) -> bool:
+    """Whether a dataset 2414 holds displacements of nodes, and not stresses or energies."""
+    return dataset["dataset_location"] == AT_NODES and dataset["data_characteristic"] in VECTORS
+
+
+def _as_55(dataset: dict) -> dict:
+    """Return a mode of dataset 2414 with the keys that dataset 55 has."""
+    values = np.array(dataset["data_at_node"])
+    if dataset["data_type"] > 4:  # of real and imaginary parts
+        values = values[:, ::2] + 1j * values[:, 1::2]
+    _, frequency, _, _, viscous, hysteretic = (dataset.get(f"record12_field{k}") or 0.0 for k in range(1, 7))
+    real, imaginary = (dataset.get(f"record13_field{k}") or 0.0 for k in (1, 2))
+    found = {
+        "freq": frequency,
+        "modal_damp_vis": viscous,
+        "modal_damp_his": hysteretic,
+        "eig": complex(real, imaginary),
+    }
+    found |= {key: dataset[key] for key in ("analysis_type", "node_nums")}
+    return found | dict(zip(RESPONSES, values.T, strict=False))
 
 
 def _column(path: Path, shape: dict, row: dict[int, int]) -> np.ndarray:

@@ -13,9 +13,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.readers.nastran.cards import Card, read_cards
-from modalprep.fe.readers.nastran.grids import Grids, Tables
+from modalprep.fe.readers.nastran.grids import deck_grids
 
-SYSTEMS = ("CORD2R", "CORD2C", "CORD2S", "CORD1R", "CORD1C", "CORD1S")
 LONGEST = 10**6  # rows of a table or a range
 
 
@@ -70,7 +69,9 @@ def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
         tables = _tables(cards[punch])
     else:
         points = _connected(files[0], cards[files[0]])
-    grids = _grids(files[0], cards[files[0]])
+    grids = deck_grids(files[0], cards[files[0]])
+    if grids is None:
+        raise InputError(f"{files[0]} has no GRID cards, which say where the boundary is; export it again")
     missing = [number for number, components in points.items() if components and number not in grids.row]
     if missing:
         raise InputError(f"{files[0]} names grid {missing[0]} on the boundary, but has no GRID card of it")
@@ -81,18 +82,6 @@ def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
         {number: grids.displacement(row).T for number, row in rows.items()},
         tables,
     )
-
-
-def _grids(path: Path, cards: list[Card]) -> Grids:
-    tables: Tables = {"grid": {}, "system": {}, "SPOINT": {}}
-    for card in cards:
-        if card.name == "GRID":
-            tables["grid"][card.id] = card
-        elif card.name in SYSTEMS:
-            tables["system"][card.id] = card
-        elif card.name == "SPOINT":
-            tables["SPOINT"][len(tables["SPOINT"])] = card
-    return Grids(path, tables)
 
 
 def _pairs(cards: list[Card]) -> dict[int, str]:

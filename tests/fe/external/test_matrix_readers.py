@@ -1,10 +1,12 @@
 """Readers of matrix files: peers that wrote them, their descriptions, damaged and foreign files."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from compare import assert_close
 from fe import matrix_writers as write
 from fe.matrix_cases import (
     BEAM,
@@ -86,6 +88,21 @@ def test_truncated(tmp_path, capsys, put, share):
     assert error.count("\n") == 1
     assert "Traceback" not in error
     assert not (tmp_path / "output").exists()
+
+
+def test_output4_of_nastran():
+    """Files of Nastran that pyyeti brings: text and binary of both byte orders, integers of 32 and 64 bits, complex."""
+    pyyeti = pytest.importorskip("pyyeti")
+    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    files = sorted((Path(pyyeti.__file__).parent / "tests" / "nastran_op4_data").glob("[ds]*le_*.op4"))
+    if not files:
+        pytest.skip("this pyyeti comes without its files of Nastran")
+    assert any("i64" in file.name for file in files)
+    for file in files:
+        found = {name.lower(): A.toarray() for name, A in read_output4(file).items()}
+        expected = op4.read(str(file), sparse=False) if "badname" not in file.name else {}
+        for name, A in expected.items():
+            assert np.array_equal(found[name], A), (file.name, name)
 
 
 def test_dmig_by_pyyeti(tmp_path):
@@ -173,17 +190,38 @@ def test_bad_abaqus_matrix(tmp_path, text, word):
     assert word in str(caught.value)
 
 
-def test_nodes_of_another_displacement_system_are_refused(tmp_path):
+def turned_deck(folder, K, M, points):
+    """The matrices of a deck whose grid 11 has its components along y, z, x of the basic system."""
+    K, M = K.toarray(), M.toarray()
+    turn = np.eye(len(K))
+    turn[:6, :6] = np.kron(np.eye(2), [[0, 1.0, 0], [0, 0, 1], [1, 0, 0]])
+    both = {"K": sp.csr_array(turn @ K @ turn.T), "M": sp.csr_array(turn @ M @ turn.T)}
+    write.dmig(folder / "model.bdf", both, LABELS, points)
+    text = (folder / "model.bdf").read_text()
+    plain = "GRID,11,,0.000000000000,0.000000000000,0.000000000000"
+    assert plain in text
+    text = text.replace(plain, "GRID,11,,0.,0.,0.,3", 1)
+    (folder / "model.bdf").write_text("CORD2R,3,0,0.,0.,0.,1.,0.,0.,\n,0.,1.,0.\n" + text)  # z along x, x along y
+
+
+def test_matrices_in_other_displacement_systems_are_turned(tmp_path):
+    """The deck has twelve digits."""
     K, M, points = beam()
-    write.dmig(tmp_path / "model.bdf", {"K": K, "M": M}, LABELS, points)
-    text = (
-        (tmp_path / "model.bdf")
-        .read_text()
-        .replace("GRID,11,,0.000000000000,0.000000000000,0.000000000000", "GRID,11,,0.,0.,0.,3", 1)
-    )
-    (tmp_path / "model.bdf").write_text("CORD2R,3,0,0.,0.,0.,1.,0.,0.,\n,0.,1.,0.\n" + text)
+    write.dmig(tmp_path / "basic.bdf", {"K": K, "M": M}, LABELS, points)
+    turned_deck(tmp_path, K, M, points)
+    basic, turned = (read_matrices(file=tmp_path / name) for name in ("basic.bdf", "model.bdf"))
+    assert np.array_equal(turned.dof, basic.dof)
+    for name in ("K", "M"):
+        expected = getattr(basic, name).toarray()
+        assert_close(getattr(turned, name).toarray(), expected, 1e-11, scale=np.abs(expected).max())
+
+
+def test_nodes_alone_of_another_displacement_system_are_refused(tmp_path):
+    K, M, points = beam()
+    turned_deck(tmp_path, K, M, points)
+    write.output4(tmp_path / "a.op4", {"KGG": K, "MGG": M})
     with pytest.raises(mp.InputError, match="GRID 11: its displacement system .CD. is not the basic one"):
-        read_matrices(file=tmp_path / "model.bdf")
+        read_matrices(file=tmp_path / "a.op4", nodes=tmp_path / "model.bdf")
 
 
 @pytest.mark.parametrize("symmetry", ["general", "symmetric"])

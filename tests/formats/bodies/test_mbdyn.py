@@ -91,6 +91,32 @@ def test_lumped_masses_are_summed(tmp_path):
     assert any("lumped masses" in note for note in notes_of(found))
 
 
+def test_a_root_may_move_by_round_off(tmp_path):
+    """As in files of other programs, whose root moves by 1e-20 of the largest displacement."""
+    body = uniform_beam(modes=2)
+    file = without_comments(write_mbdyn(body, tmp_path / "arm.fem"))
+    zeros = "\n" + " ".join([f"{0.0:.16e}"] * 6) + "\n"
+    assert file.read_text().count(zeros) == body.n
+    file.write_text(file.read_text().replace(zeros, zeros.replace("0.0", "2.1", 1).replace("e+00", "e-21", 1)))
+    found = import_body(file)
+    assert found.interface_name == ("node_11", "node_12")
+    assert found.at_root
+    assert not found.phi[0].any()
+    assert_close(found.Kg_F, body.Kg_F, 1e-12)
+
+
+def test_surplus_rows_of_lumped_masses_are_said(tmp_path):
+    """MBDyn reads one row for each node."""
+    rng = np.random.default_rng(4)
+    cloud = rng.uniform(1, 2, 10), rng.standard_normal((10, 3)), rng.standard_normal((10, 3, 3))
+    expected = import_body(lumped_file(tmp_path / "cloud.fem", cloud))
+    file = lumped_file(tmp_path / "longer.fem", cloud)
+    file.write_text(file.read_text().rstrip("\n") + "\n9 9 9 0 0 0\n")
+    found = import_body(file)
+    assert found.m == expected.m
+    assert any("1 further row of lumped masses" in note for note in notes_of(found))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

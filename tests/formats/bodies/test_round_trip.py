@@ -158,3 +158,12 @@ def test_empty_files_are_refused(to, tmp_path, capsys):
     file.write_bytes(b"")
     assert main(["import", str(file)]) == 2
     assert capsys.readouterr().err.startswith("modalprep: ")
+
+
+@pytest.mark.parametrize("share", [0.9, 0.5, 0.1])  # from 0.25 on, the second moment about the centre is negative
+@pytest.mark.parametrize("to", ["sid", "mbdyn", "exudyn"])
+def test_inertia_too_small_for_the_modes_is_refused(beam, to, share, folder):
+    """A share of the body's second moments: the mass matrix of the integrals has a negative eigenvalue."""
+    file = export_body(beam.with_(E0=share * beam.E0), to, folder / f"light{EXPORTS[to].suffix}")
+    with pytest.raises(mp.InputError, match="mass matrix of rigid motions and modes has the negative eigenvalue -"):
+        import_body(file)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, eye_array
 
 from modalprep.errors import InputError
 from modalprep.fe.mesh.mesh import Mesh
@@ -94,6 +95,36 @@ def together(first: Labelled, second: Labelled) -> tuple[csr_array, csr_array, n
     rows, at = np.unique(np.concatenate([first.rows, second.rows]), axis=0, return_inverse=True)
     parts = np.split(at.ravel(), [len(first.rows)])
     return *(_spread(A.matrix, part, len(rows)) for A, part in zip((first, second), parts, strict=True)), rows
+
+
+def in_basic_axes(A: Labelled, axes: Mapping[int, np.ndarray]) -> Labelled:
+    """Return a matrix whose nodes have displacements in axes of their own, in basic axes.
+
+    Parameters
+    ----------
+    A : Labelled
+    axes : {node number: (3, 3)}
+        Columns: the axes of the node's components in basic axes. A node that has some translations, or some rotations,
+        has all three of them in the answer.
+
+    Examples
+    --------
+    >>> K = labelled(np.array([[7, 0]]), np.array([[7, 0]]), np.array([4.0]))
+    >>> turned = in_basic_axes(K, {7: np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])})  # x of the node is y
+    >>> turned.matrix.toarray()[1].tolist()
+    [0.0, 4.0, 0.0]
+    """
+    if A.rows is None or not axes:
+        return A
+    own = A.rows[np.isin(A.rows[:, 0], list(axes)) & (A.rows[:, 1] >= 0)]
+    first = np.unique(np.column_stack([own[:, 0], own[:, 1] - own[:, 1] % 3]), axis=0)
+    block = np.concatenate([first + np.array([0, k]) for k in range(3)])
+    rows, at = np.unique(np.concatenate([A.rows, block]), axis=0, return_inverse=True)
+    turn = eye_array(len(rows), format="lil")
+    for (node, _), place in zip(first, at.ravel()[len(A.rows) :].reshape(3, -1).T, strict=True):
+        turn[np.ix_(place, place)] = axes[int(node)]
+    turn = turn.tocsr()
+    return Labelled((turn @ _spread(A.matrix, at.ravel()[: len(A.rows)], len(rows)) @ turn.T).tocsr(), rows)
 
 
 def _spread(A: csr_array, where: np.ndarray, n: int) -> csr_array:

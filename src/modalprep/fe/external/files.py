@@ -17,7 +17,7 @@ from modalprep.fe.external.abaqus import read_abaqus_matrix
 from modalprep.fe.external.ansys_full import read_full, refuse_turned
 from modalprep.fe.external.archive import read_archive
 from modalprep.fe.external.dmig import read_dmig
-from modalprep.fe.external.entries import Found, Labelled, cloud, together
+from modalprep.fe.external.entries import Found, Labelled, cloud, in_basic_axes, together
 from modalprep.fe.external.matrix_market import BANNER, read_market
 from modalprep.fe.external.model import model_from_matrices, unit_factors
 from modalprep.fe.external.output4 import read_output4
@@ -26,7 +26,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.deck_format import deck_format
 from modalprep.fe.readers.digest import NASTRAN, matrices_digest
 from modalprep.fe.readers.nastran.cards import read_cards
-from modalprep.fe.readers.nastran.grids import Grids
+from modalprep.fe.readers.nastran.grids import deck_grids
 from modalprep.fe.readers.read import read_cells
 from modalprep.suggest import refuse_missing
 
@@ -177,7 +177,7 @@ def _read(path: Path) -> Found:
     if suffix == ".op4":
         return Found({name: Labelled(A, None) for name, A in read_output4(path).items()})
     if suffix in DECK:
-        return Found(read_dmig(path), deck_nodes(path))
+        return deck_matrices(path)
     if suffix in ENTRIES | {".mtx", ".inp"}:
         with path.open("rb") as opened:
             market = opened.read(1000).removeprefix(codecs.BOM_UTF8).startswith(BANNER)
@@ -227,17 +227,26 @@ def read_nodes(path: Path, unit: str, length: float) -> Mesh:
 
 def deck_nodes(path: Path) -> Mesh | None:
     """Return the grids of a deck in its own unit of length, None when it has none."""
-    deck = read_cards(path)
-    cards = {card.id: card for card in deck.cards if card.name == "GRID"}
-    if not cards:
+    grids = deck_grids(path, read_cards(path).cards)
+    if grids is None:
         return None
-    systems = {card.id: card for card in deck.cards if card.name.startswith("CORD2")}
-    grids = Grids(path, {"grid": cards, "system": systems})
     if np.any(grids.cd):
         raise grids.cards[int(np.flatnonzero(grids.cd)[0])].error(
-            "its displacement system (CD) is not the basic one; export matrices with all displacements in basic axes"
+            "its displacement system (CD) is not the basic one; give the matrices in a deck with these grids, or "
+            "export them with all displacements in basic axes"
         )
     return cloud(grids.points, labels=grids.ids)
+
+
+def deck_matrices(path: Path, scalar: bool = False) -> Found:
+    """Return the DMIG matrices of a deck, turned to basic axes, with its grids; `scalar` as `read_dmig` takes it."""
+    matrices = read_dmig(path, scalar)
+    grids = deck_grids(path, read_cards(path).cards)
+    if grids is None:
+        return Found(matrices)
+    axes = {int(grids.ids[row]): grids.displacement(row).T for row in np.flatnonzero(grids.cd).tolist()}
+    turned = {name: in_basic_axes(A, axes) for name, A in matrices.items()}
+    return Found(turned, cloud(grids.points, labels=grids.ids))
 
 
 def _read_rows(path: Path) -> np.ndarray:

@@ -14,8 +14,10 @@ from scipy.sparse import coo_array, csr_array
 from modalprep.errors import InputError
 from modalprep.fe.external.entries import refuse_hollow
 
-WORDS = {1: 1, 2: 2}  # real single and double precision: words of 32 bits per number
+KINDS = {1: (1, float), 2: (2, float), 3: (1, complex), 4: (2, complex)}  # words of 32 bits for each real number
 STRING = 65536  # an integer IS packs row + STRING * (length + 1)
+HEADER = 6  # integers as long as the header: four, and the name
+INTEGER = {4: "i", 8: "q"}  # bytes of an integer
 FORMAT = re.compile(r"(\d+)[ED](\d+)\.\d+", re.IGNORECASE)
 
 
@@ -30,12 +32,13 @@ class Piece(NamedTuple):
 def read_output4(path: Path) -> dict[str, csr_array]:
     r"""Return the matrices of a file by their names.
 
-    Single and double precision, dense or sparse columns ("bigmat" or not), either byte order.
+    Single and double precision, real and complex, dense or sparse columns ("bigmat" or not), either byte order,
+    integers of 32 or 64 bits.
 
     Raises
     ------
     InputError
-        When the file is damaged, holds complex numbers, or 64-bit integers.
+        When the file is damaged.
 
     Examples
     --------
@@ -60,8 +63,8 @@ def _matrices(reader: _Text | _Binary, path: Path) -> dict[str, csr_array]:
     found: dict[str, csr_array] = {}
     while (header := reader.header()) is not None:
         columns, rows, kind, name = header
-        if kind not in WORDS:
-            raise InputError(f"OUTPUT4 file {path}: matrix {name} is complex; give real stiffness and mass")
+        if kind not in KINDS:
+            raise ValueError(f"matrix {name} is of type {kind}")
         found[name] = _assembled(list(reader.pieces(columns, rows < 0, kind)), abs(rows), columns)
     if not found:
         raise InputError(f"OUTPUT4 file {path} holds no matrix; export it again")
@@ -114,30 +117,35 @@ class _Text:
                 self._next()
                 return
             if row > 0:
-                yield Piece(row - 1, column - 1, self._values(left))  # here the count is of values, not words
+                yield Piece(row - 1, column - 1, self._values(left, kind))  # here the count is of values, not words
                 continue
             while left > 0:
                 length, row = self._integers(2) if big else divmod(int(self._next()), STRING)
-                yield Piece(row - 1, column - 1, self._values((length - 1) // WORDS[kind]))
+                yield Piece(row - 1, column - 1, self._values((length - 1) // KINDS[kind][0], kind))
                 left -= length + big
 
-    def _values(self, count: int) -> np.ndarray:
+    def _values(self, count: int, kind: int) -> np.ndarray:
         lines = self.lines[self.at : self.at + -(-count // self.per_line)]
         self.at += len(lines)
         packed = b"".join(lines).replace(b"D", b"E")
         if len(packed) != count * self.width:
             raise ValueError("a column is cut short")
-        return np.frombuffer(packed, dtype=f"S{self.width}").astype(float)
+        return np.frombuffer(packed, dtype=f"S{self.width}").astype(float).view(KINDS[kind][1])
 
 
 class _Binary:
-    """Binary files: records between two markers of their length in bytes."""
+    """Binary files: records between two markers of their length in bytes; integers of 32 or 64 bits."""
 
     def __init__(self, content: bytes, path: Path) -> None:
         self.content, self.at = content, 0
-        self.order = next((o for o in "<>" if content[:4] == struct.pack(f"{o}i", 24)), "")
-        if not self.order:
-            raise InputError(f"{path} is no OUTPUT4 file with integers of 32 bits; write it formatted, as text")
+        layouts = ((order, size) for order in "<>" for size in (4, 8))
+        found = [each for each in layouts if content[:4] == struct.pack(f"{each[0]}i", HEADER * each[1])]
+        if not found:
+            raise InputError(f"{path} does not begin as an OUTPUT4 file does; export it again, or formatted, as text")
+        self.order, self.size = found[0]  # of integers, in bytes
+
+    def _integers(self, count: int, data: bytes, at: int = 0) -> tuple[int, ...]:
+        return struct.unpack_from(f"{self.order}{count}{INTEGER[self.size]}", data, at)
 
     def _record(self) -> bytes:
         (size,) = struct.unpack_from(f"{self.order}i", self.content, self.at)
@@ -152,34 +160,39 @@ class _Binary:
         """Columns, rows (negative for bigmat), type and name of the next matrix; None at the end."""
         if self.at >= len(self.content):
             return None
-        columns, rows, _, kind, name = struct.unpack(f"{self.order}4i8s", self._record())
-        return columns, rows, kind, name.decode("ascii", "replace").strip()
+        record = self._record()
+        columns, rows, _, kind = self._integers(4, record)
+        name = record[4 * self.size :].decode("ascii", "replace")  # of 64 bits, four letters in each eight bytes
+        return columns, rows, kind, name.replace(" ", "").strip("\0")
 
     def pieces(self, columns: int, big: bool, kind: int) -> Iterator[Piece]:
         """Pieces of the matrix, until its trailer is read."""
         while True:
             record = self._record()
-            column, row, words = struct.unpack_from(f"{self.order}3i", record)
+            column, row, words = self._integers(3, record)
             if column > columns:
                 return
-            if len(record) != 12 + 4 * words:
+            if len(record) != self.size * (3 + words):
                 raise ValueError("a column is damaged")
+            data = record[3 * self.size :]
             if row > 0:
-                yield Piece(row - 1, column - 1, self._values(record[12:], kind))
+                yield Piece(row - 1, column - 1, self._values(data, kind))
                 continue
-            yield from self._strings(record[12:], column - 1, big, kind)
+            yield from self._strings(data, column - 1, big, kind)
 
     def _strings(self, data: bytes, column: int, big: bool, kind: int) -> Iterator[Piece]:
         at = 0
-        head = 8 if big else 4
+        head = 2 if big else 1
         while at < len(data):
-            numbers = struct.unpack_from(f"{self.order}{head // 4}i", data, at)
+            numbers = self._integers(head, data, at)
             length, row = numbers if big else divmod(numbers[0], STRING)
             if length < 1:
                 raise ValueError("a string is damaged")
-            end = at + head + 4 * (length - 1)
-            yield Piece(row - 1, column, self._values(data[at + head : end], kind))
+            end = at + self.size * (head + length - 1)
+            yield Piece(row - 1, column, self._values(data[at + self.size * head : end], kind))
             at = end
 
     def _values(self, data: bytes, kind: int) -> np.ndarray:
-        return np.frombuffer(data, dtype=f"{self.order}f{4 * WORDS[kind]}").astype(float)
+        words, number = KINDS[kind]
+        size = max(4 * words, self.size)
+        return np.frombuffer(data, dtype=f"{self.order}f{size}").astype(float).view(number)

@@ -83,16 +83,33 @@ def _refuse_not_finite(body: FlexibleBody) -> None:
 
 def _rooted(body: FlexibleBody) -> FlexibleBody:
     """Put the node that is at rest at the origin first, with its round-off set to zero."""
-    size = [max(np.abs(x).max(), np.finfo(float).tiny) for x in (body.interface_position, body.phi, body.psi)]
-    arrays = body.interface_position, body.phi, body.psi
-    for k in range(len(body.interface_name)):
-        if all(np.abs(x[k]).max() <= ROUND_OFF * s for x, s in zip(arrays, size, strict=True)):
-            order = [k, *(j for j in range(len(body.interface_name)) if j != k)]
-            moved = {key: getattr(body, key)[order] for key in ("phi", "psi", "Kg_F", "Kg_T", "interface_position")}
-            for array in moved.values():
-                array[0] = 0.0
-            return body.with_(**moved, interface_name=tuple(body.interface_name[j] for j in order))
-    return body.with_(provenance={"origin": "origin of the file"})
+    resting = np.flatnonzero(at_rest(body.interface_position, body.phi, body.psi))
+    if not len(resting):
+        return body.with_(provenance={"origin": "origin of the file"})
+    k = int(resting[0])
+    order = [k, *(j for j in range(len(body.interface_name)) if j != k)]
+    moved = {key: getattr(body, key)[order] for key in ("phi", "psi", "Kg_F", "Kg_T", "interface_position")}
+    for array in moved.values():
+        array[0] = 0.0
+    return body.with_(**moved, interface_name=tuple(body.interface_name[j] for j in order))
+
+
+def at_rest(position: np.ndarray, phi: np.ndarray, psi: np.ndarray) -> np.ndarray:
+    """Return which nodes (k,) are at the origin and do not move, to round-off of the largest of each array.
+
+    Parameters
+    ----------
+    position : (k, 3)
+    phi, psi : (k, 3, n)
+        Translations and rotations in the modes.
+
+    Examples
+    --------
+    >>> at_rest(np.array([[1e-18, 0, 0], [1.0, 0, 0]]), np.zeros((2, 3, 1)), np.zeros((2, 3, 1))).tolist()
+    [True, False]
+    """
+    sizes = [np.abs(x).reshape(len(x), -1).max(axis=1, initial=0.0) for x in (position, phi, psi)]
+    return np.all([size <= ROUND_OFF * max(size.max(), np.finfo(float).tiny) for size in sizes], axis=0)
 
 
 def with_notes(body: FlexibleBody, said: str, notes: list[str], modes: Sequence[str] = ()) -> FlexibleBody:

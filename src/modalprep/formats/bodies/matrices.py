@@ -11,9 +11,8 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.fe.external.abaqus import read_abaqus_matrix
-from modalprep.fe.external.dmig import read_dmig
 from modalprep.fe.external.entries import Found, cloud, together
-from modalprep.fe.external.files import deck_nodes, pick, read_nodes
+from modalprep.fe.external.files import deck_matrices, pick, read_nodes
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.formats.bodies.described import Units
@@ -31,14 +30,14 @@ BARE = "it holds the matrices of a whole model, which a pipeline file with [matr
 def dmig_body(path: Path, length_unit: str, mass_unit: str | None, interfaces: Interfaces = None) -> FlexibleBody:
     """Return the body of a deck with GRID and DMIG entries; scalar points are its generalised coordinates."""
     refuse_missing(path, "DMIG file")
-    mesh = deck_nodes(path)
-    if mesh is None:
+    found = deck_matrices(path, scalar=True)
+    if found.nodes is None:
         raise InputError("it has no GRID, so that the places of its nodes are not known; add those of the matrices")
     lines = path.read_text(encoding="ascii", errors="replace").splitlines()
     names = {int(match[1]): match[2].strip() for line in lines if (match := NAMED.match(line))}
     title = next((match[1] for line in lines if (match := HEAD.match(line))), path.stem)
     units: Units = {"length_unit": length_unit, "mass_unit": mass_unit}
-    body = _reduced(title, Found(read_dmig(path, scalar=True)), path, mesh, names, interfaces, units)
+    body = _reduced(title, found, path, found.nodes, names, interfaces, units)
     return noted(body, "shapes between the nodes")
 
 

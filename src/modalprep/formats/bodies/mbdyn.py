@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.formats.bodies.described import MESH, body_of, even, with_notes
+from modalprep.formats.bodies.described import MESH, at_rest, body_of, even, with_notes
 from modalprep.formats.contractions import from_centrifugal, from_inertia, from_moment, moment
 from modalprep.suggest import refuse_missing
 
@@ -119,14 +119,14 @@ def _name(label: str) -> str:
 
 def _integrals(file: Groups, points: np.ndarray, shapes: np.ndarray) -> tuple[Integrals, list[str]]:
     """Return the mass integrals, those of the invariants if the file has them, and what was rebuilt."""
-    lumped = file.array(11, file.nodes, 6) if 11 in file.words else None
+    lumped, notes = _lumped(file)
     if 12 not in file.words and lumped is None:
         raise InputError("it has neither the inertia of the rigid body (group 12) nor lumped masses (group 11)")
     m, s0, E0 = _rigid(file.array(12, 13)) if lumped is None or 12 in file.words else _rigid_sums(lumped, points)
     if not m > 0:
         raise InputError("its mass is not positive")
     if set(INVARIANTS) <= set(file.words):
-        return Integrals(m, s0, E0, *_invariants(file)), []
+        return Integrals(m, s0, E0, *_invariants(file)), notes
     if lumped is None:
         raise InputError(
             "it has no invariants (groups 14 to 18) and no lumped masses (group 11), so that it is not known how "
@@ -135,7 +135,22 @@ def _integrals(file: Groups, points: np.ndarray, shapes: np.ndarray) -> tuple[In
     S, H, P = _sums(lumped, shapes, points)
     M = file.array(9, file.modes, file.modes)
     P = P + np.multiply.outer(np.eye(3) / 3, even(M) - np.einsum("aaij->ij", P))
-    return Integrals(m, s0, E0, S, H, P), ["invariants: the mass integrals are sums over the lumped masses of group 11"]
+    summed = "invariants: the mass integrals are sums over the lumped masses of group 11"
+    return Integrals(m, s0, E0, S, H, P), [*notes, summed]
+
+
+def _lumped(file: Groups) -> tuple[np.ndarray | None, list[str]]:
+    """Return the masses (nodes, 6) of group 11, of which MBDyn reads as many rows as there are nodes, and a note."""
+    words = file.words.get(11)
+    if words is None:
+        return None, []
+    surplus = len(words) - 6 * file.nodes
+    if surplus <= 0 or surplus % 6:
+        return file.array(11, file.nodes, 6), []
+    file.words[11] = words[: 6 * file.nodes]
+    rows = f"{surplus // 6} further row{'s' * (surplus > 6)}"
+    said = f"nodes for {rows} of lumped masses (group 11), left out as by MBDyn"
+    return file.array(11, file.nodes, 6), [said]
 
 
 def _rigid(group: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -174,7 +189,7 @@ def _invariants(file: Groups) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _interfaces(file: Groups, labels: list[str], points: np.ndarray, shapes: np.ndarray) -> tuple[list[int], list[int]]:
     """Return the nodes that are interfaces, and those to which group 19 refers."""
-    resting = [k for k in range(file.nodes) if not (np.any(points[k]) or np.any(shapes[k]))][:1]
+    resting = np.flatnonzero(at_rest(points, shapes[:, :3], shapes[:, 3:]))[:1].tolist()
     card = [match[1] for line in file.head if (match := CARD.match(line))]
     others = [k for k, label in enumerate(labels) if (label in card if card else k not in resting)]
     return [*(k for k in resting if k not in others), *others], others

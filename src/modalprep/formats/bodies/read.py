@@ -11,13 +11,15 @@ from pathlib import Path
 import numpy as np
 from numpy.linalg import LinAlgError
 
+from modalprep.body.checks import indefinite
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.frames import reroot
+from modalprep.body.mass import stated_mass_matrix
 from modalprep.body.quality.units import implausible_units
 from modalprep.errors import InputError
 from modalprep.formats.bodies.described import NOTES, in_si_units, notes_of
 from modalprep.formats.export import EXPORTS, SHAPES
-from modalprep.formats.modalfile import refuse_impossible
+from modalprep.formats.modalfile import CONSEQUENCE, refuse_impossible
 from modalprep.verdicts.notes import told
 
 FAULTS = (ArithmeticError, LookupError, ValueError, TypeError, OSError, RecursionError, LinAlgError, MemoryError)
@@ -138,6 +140,7 @@ def import_body(
         with np.errstate(all="ignore"):  # what is not finite is refused
             body = reader(path, **options)
             body = body if own else in_si_units(body, length, mass)
+            _refuse_negative_mass(body)
             refuse_impossible(body, vouched=True)
         body = _with_source(body, path, "SI" if length == mass == 1.0 else f"{length_unit}, {mass_unit} and s")
         body = body if root is None else reroot(body, root)
@@ -180,6 +183,17 @@ def _factors(length_unit: str, mass_unit: str | None) -> tuple[float, float]:
     from modalprep.fe.external.model import unit_factors
 
     return unit_factors(length_unit, mass_unit)
+
+
+def _refuse_negative_mass(body: FlexibleBody) -> None:
+    M = stated_mass_matrix(body)
+    if indefinite(M) > CONSEQUENCE:
+        lowest = np.linalg.eigvalsh(M)[0]
+        raise InputError(
+            f"its mass matrix of rigid motions and modes has the negative eigenvalue {lowest:.3g} (SI units): mass and "
+            "inertia are too small for the momentum of the modes, or the modal mass is wrong; correct it where the "
+            "file was made"
+        )
 
 
 def _with_source(body: FlexibleBody, path: Path, units: str) -> FlexibleBody:

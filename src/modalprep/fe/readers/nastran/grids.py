@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,19 @@ from modalprep.fe.readers.systems import BASIC, System
 
 Tables = dict[str, dict[int, Card]]
 FLUID = -1  # CD of a point of the fluid
+
+
+def deck_grids(path: Path, cards: Iterable[Card]) -> Grids | None:
+    """Return the grids among the cards of a deck, with their coordinate systems; None where there is no GRID."""
+    tables: Tables = {"grid": {}, "system": {}, "SPOINT": {}, "GRDSET": {}}
+    for card in cards:
+        if card.name == "GRID":
+            tables["grid"][card.id] = card
+        elif re.fullmatch("CORD[12][RCS]", card.name):
+            tables["system"][card.id] = card
+        elif card.name in ("SPOINT", "GRDSET"):
+            tables[card.name][len(tables[card.name])] = card
+    return Grids(path, tables) if tables["grid"] else None
 
 
 def system_from_points(card: Card, points: np.ndarray) -> System:
