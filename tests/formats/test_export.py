@@ -25,6 +25,7 @@ FIRST = {  # how a file of each format begins, or what its beginning holds
     "op4": b"KAAX",
     "nastran": b"KAAX",
     "dmig": b"DMIG",
+    "coupling": b'"participation"',
     "uff": b"    -1\n",
     "vtu": b"<VTKFile",
 }
@@ -59,7 +60,10 @@ def test_command_writes_what_the_function_writes(name, body, file, tmp_path, cap
     softens = "geometric stiffness has no place in this format: a fast turning body softens instead of stiffening"
     linear = "all that is not linear has no place in this format: of the geometric stiffness and of P and H, which "
     linear += "large rotations need, a reader can rebuild a part"
-    notes = {"exudyn": [softens], "op4": [linear], "nastran": [linear], "dmig": [linear]}.get(name, [])
+    root = "it describes small motions of the root, without geometric stiffness and without other interfaces"
+    notes = {"coupling": [root], "exudyn": [softens], "op4": [linear], "nastran": [linear], "dmig": [linear]}.get(
+        name, []
+    )
     assert json.loads(capsys.readouterr().out) == {"files": [str(default)], "notes": notes}
     direct = export_body(body, name, tmp_path / "direct" / default.name)
     chosen = tmp_path / "new" / "folder" / default.name

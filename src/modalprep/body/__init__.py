@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from modalprep.body.checks import Check as Check
     from modalprep.body.checks import CheckReport as CheckReport
     from modalprep.body.checks import check_model as check_model
+    from modalprep.body.coupling import CouplingMatrices as CouplingMatrices
+    from modalprep.body.coupling import coupling_matrices as coupling_matrices
     from modalprep.body.flexible_body import FlexibleBody as FlexibleBody
     from modalprep.body.frames import at_centre_of_mass as at_centre_of_mass
     from modalprep.body.frames import in_frame as in_frame

@@ -177,6 +177,12 @@ def export(
     version: Annotated[
         str | None, typer.Option("--version", help="Version of mbdyn: full (default) or classic.")
     ] = None,
+    point: Annotated[
+        str | None,
+        typer.Option(
+            "--point", help="Of coupling: the reference point x,y,z in m, in the body's frame; default the root."
+        ),
+    ] = None,
     sensors: Annotated[
         int | None,
         typer.Option(
@@ -203,7 +209,7 @@ def export(
     body = read_body(file)
     with claiming(own):
         if sensors is None and not noise:
-            reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
+            reporter.wrote(export_body(body, to, target, dialect=dialect, version=version, point=point))
             notes = lost_in(body, to)
         else:
             notes = _synthetic(body, to, sensors, noise, target, reporter)

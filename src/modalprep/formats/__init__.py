@@ -8,6 +8,7 @@ TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than a
 if TYPE_CHECKING:
     from modalprep.formats.bodies.described import notes_of as notes_of
     from modalprep.formats.bodies.read import import_body as import_body
+    from modalprep.formats.coupling import write_coupling as write_coupling
     from modalprep.formats.export import export_body as export_body
     from modalprep.formats.exudyn import write_exudyn as write_exudyn
     from modalprep.formats.mbdyn import write_mbdyn as write_mbdyn

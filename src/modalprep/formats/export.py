@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
 
 
-MOTION, MATRICES, SHAPES = "equations of motion", "matrices", "mode shapes"
+MOTION, MATRICES, SHAPES, HUB = "equations of motion", "matrices", "mode shapes", "motion of the root"
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Export:
     option : str or None
         The writer's, if it has one.
     holds : str
-        MOTION, MATRICES (what is linear of it) or SHAPES.
+        MOTION, MATRICES (what is linear of it), SHAPES, or HUB (small motions of the root alone).
     """
 
     suffix: str
@@ -46,6 +46,7 @@ EXPORTS: dict[str, Export] = {
     "op4": Export(".op4", "nastran.write_output4", holds=MATRICES),
     "nastran": Export(".op4", "nastran.write_output4", holds=MATRICES),
     "dmig": Export(".dmig", "nastran.write_dmig", holds=MATRICES),
+    "coupling": Export(".json", "coupling.write_coupling", "point", holds=HUB),
     "uff": Export(".unv", "uff.write_uff", holds=SHAPES),
     "vtu": Export(".vtu", "vtu.write_vtu", holds=SHAPES),
 }
@@ -59,7 +60,7 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
     to : str
         A name of `EXPORTS`.
     options : str or None
-        ``dialect`` of sid, ``version`` of mbdyn; None: the writer's default.
+        ``dialect`` of sid, ``version`` of mbdyn, ``point`` of coupling; None: the writer's default.
 
     Returns
     -------
@@ -109,7 +110,9 @@ def lost_in(body: FlexibleBody, to: str) -> list[str]:
             "all that is not linear has no place in this format: of the geometric stiffness and of P and H, which "
             "large rotations need, a reader can rebuild a part"
         )
-    if body.T is not None and EXPORTS[to].holds != SHAPES:
+    if EXPORTS[to].holds == HUB:
+        said.append("it describes small motions of the root, without geometric stiffness and without other interfaces")
+    if body.T is not None and EXPORTS[to].holds in (MOTION, MATRICES):
         said.append(
             "the second order of the modal mass (T) has no place in this format: a body that bends under a steady load "
             "has other frequencies there"

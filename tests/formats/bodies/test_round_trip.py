@@ -12,7 +12,7 @@ from modalprep.cli import main
 from modalprep.examples import uniform_beam
 from modalprep.formats import export_body, import_body
 from modalprep.formats.bodies.read import FORMATS, NO_BODY
-from modalprep.formats.export import EXPORTS, SHAPES
+from modalprep.formats.export import EXPORTS, HUB, MATRICES, MOTION, SHAPES
 from modalprep.pipeline.building.build import build_body
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load
@@ -68,10 +68,10 @@ def back(body, to, folder):
 
 def test_every_exported_format_is_read_or_says_why_not():
     read = {suffix for known in FORMATS for suffix in known.suffixes}
-    assert set(NOT_HELD) == {name for name, export in EXPORTS.items() if export.holds != SHAPES}
+    assert set(NOT_HELD) == {name for name, export in EXPORTS.items() if export.holds in (MOTION, MATRICES)}
     for export in EXPORTS.values():
-        assert (export.suffix in read) == (export.holds != SHAPES)
-        assert (export.suffix in NO_BODY) == (export.holds == SHAPES)
+        assert (export.suffix in read) == (export.holds in (MOTION, MATRICES))
+        assert (export.suffix in NO_BODY) == (export.holds in (SHAPES, HUB))
 
 
 @pytest.mark.parametrize("to", NOT_HELD)

@@ -67,7 +67,8 @@ PICTURES = "it holds mode shapes but no mass integrals, without which there is n
 NO_BODY = {
     ".h5": "it is a modal file already, which the other commands take as it is",
     **{export.suffix: PICTURES for export in EXPORTS.values() if export.holds == SHAPES},
-    ".mat": "a state space is of a whole system, linearised, and describes no body",
+    ".json": "coupling matrices hold small motions of the root alone, and no body; export another format",
+    ".mat": "state spaces and coupling matrices describe no body; export another format",
     ".sub": "the binary substructures of Ansys are not read; write the matrices of the unreduced model (.full with its "
     ".cdb) and name them in a pipeline file under [matrices]",
     ".asm": "it places a superelement, and the matrices are in its .op4 file; name that one",
