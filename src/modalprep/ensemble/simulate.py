@@ -53,6 +53,7 @@ def simulate_many(
     shortest_event: float | None = None,
     events: Sequence[Event] = (),
     start: Given = "rest",
+    period: float | None = None,
     workers: int | None = None,
     pool: str = "threads",
     scheduler: str | None = None,
@@ -68,9 +69,9 @@ def simulate_many(
         Values of start values, parameters of joints, loads and closures, and gravity, by names such as
         ``hinge.angle``, ``stay.stiffness``, ``thrust.amplitude`` and ``gravity.y``; `draw_cases` draws them from
         distributions.
-    t_end, output_step, rtol, atol, method, max_step, shortest_event, events, start
-        As `simulate` has them. Each case has an equilibrium or a steady state of its own; a state that is given is that
-        of all cases.
+    t_end, output_step, rtol, atol, method, max_step, shortest_event, events, start, period
+        As `simulate` has them. Each case has an equilibrium, a steady or periodic state of its own; a state that is
+        given is that of all cases.
     channels : sequence of str
         Channels that are kept, all when none is named; ``arm.tip.position.x`` is one component.
     workers : int or None
@@ -120,7 +121,8 @@ def simulate_many(
         "max_step": max_step,
         "shortest_event": shortest_event,
         "events": tuple(events),
-        "start": start if isinstance(start, str) else started(system, start),
+        "start": start if isinstance(start, str) else started(system, start, period),
+        "period": period if isinstance(start, str) else None,
     }
     task = plan(system, cases, channels, options)
     keeper = Keeper(None if file is None else Path(file), identity(task))

@@ -42,6 +42,7 @@ def simulate(
     method: str = "auto",
     step: float | None = None,
     start: Given = "rest",
+    period: float | None = None,
     rho_inf: float = RHO_INF,
     max_step: float | None = None,
     shortest_event: float | None = None,
@@ -76,13 +77,18 @@ def simulate(
         `Result.message` says which and why. Python callbacks are called in these trials too.
     step : float or None
         A fixed step (s) instead of error control; shorter where functions of time ask for it.
-    start : {"rest", "quasi_static", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
+    start : {"rest", "quasi_static", "equilibrium", "steady", "periodic"}, SystemState, Equilibrium, Result or dict
         "rest": the modes are at rest without deflection. "quasi_static": joints are as at their start, and the modes
         have the deflection of the accelerations there, so that what is released does not ring. "equilibrium":
         everything rests in static equilibrium (`static_equilibrium`), prescribed joints where they are. "steady":
         joints that move, prescribed ones, those with a rate in their start and free ones, keep their rates, and modes
-        and all other joints are in equilibrium with that motion. A state, or the end of another run, whose time goes
-        on: the run begins there. A dictionary has modal coordinates, ``{"arm.modal": [...]}``.
+        and all other joints are in equilibrium with that motion. "periodic": the motion repeats itself after `period`,
+        as that of a mechanism whose crank turns at a constant rate, without vibrations of its own. A state, or the end
+        of another run, whose time goes on: the run begins there. A dictionary has modal coordinates,
+        ``{"arm.modal": [...]}``.
+    period : float or None
+        Of a "periodic" start, s, after which loads and prescribed motions repeat; default: a turn of the slowest joint
+        that turns at a constant rate.
     rho_inf : float
         Spectral radius of generalised-alpha at infinite frequency, 0 to 1.
     max_step : float or None
@@ -140,7 +146,7 @@ def simulate(
     _check_fixed_step(step)
     check_steps(t_end, max_step, shortest_event)
     _check_method(method, rho_inf, reference)
-    state = started(system, start)
+    state = started(system, start, period)
     begin = 0.0 if state is None else state.t
     if not begin < t_end:
         raise InputError(f"simulation t_end = {t_end:g} s is not after its start, which is at {begin:g} s")

@@ -9,6 +9,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.analysis.equilibrium import Equilibrium, static_equilibrium
+from modalprep.multibody.analysis.periodic import periodic_state
 from modalprep.multibody.analysis.steady import deflected_state, has_start_rate, moving_joints, steady_state
 from modalprep.multibody.evaluation.evaluator import Evaluator, start_state
 from modalprep.multibody.evaluation.loops import Loops
@@ -21,17 +22,19 @@ from modalprep.multibody.results.result import Result
 from modalprep.suggest import refuse_unknown
 
 APART = 1e-9  # s, or of the time: two output times that are nearer are one
-Start = Literal["rest", "quasi_static", "equilibrium", "steady"]
+Start = Literal["rest", "quasi_static", "equilibrium", "steady", "periodic"]
 Given = Start | SystemState | Equilibrium | Result | Mapping[str, object]
 
 
-def started(system: System, start: Given) -> SystemState | None:
+def started(system: System, start: Given, period: float | None = None) -> SystemState | None:
     """Return the state at which a run of a system starts; None of the start values of the joints, modes at rest.
 
     Parameters
     ----------
-    start : {"rest", "quasi_static", "equilibrium", "steady"} or SystemState or Equilibrium or Result or dict
+    start : {"rest", "quasi_static", "equilibrium", "steady", "periodic"}, SystemState, Equilibrium, Result or dict
         As `simulate` takes it.
+    period : float or None
+        s, of "periodic".
 
     Raises
     ------
@@ -49,6 +52,8 @@ def started(system: System, start: Given) -> SystemState | None:
     >>> started(arm, "rest") is None, started(arm, "equilibrium")
     (True, SystemState(t = 0 s, 0 joints, 1 flexible bodies))
     """
+    if period is not None:
+        _refuse_period(start, period)
     if isinstance(start, SystemState):
         return start
     if isinstance(start, Equilibrium):
@@ -62,6 +67,8 @@ def started(system: System, start: Given) -> SystemState | None:
         return None
     if start == "quasi_static":
         return _of_system(system, deflected_state(system), 0.0)
+    if start == "periodic":
+        return _of_system(system, periodic_state(system, period), 0.0)
     return _in_equilibrium(system) if start == "equilibrium" else _steady(system)
 
 
@@ -115,6 +122,14 @@ def state_at(system: System, run: Result, t: float | None = None) -> SystemState
         if body.n:
             y[packed.modes_of(name)] = run[f"{name}.modal"][k]
     return state_of(system, y, float(run.time[k]), loops=loops)
+
+
+def _refuse_period(start: Given, period: float) -> None:
+    """Refuse a period that is not one, or of another start."""
+    if not (isinstance(start, str) and start == "periodic"):
+        raise InputError("simulation period: it belongs to start = 'periodic'; leave it out")
+    if not 0 < period < float("inf"):
+        raise InputError(f"simulation period = {period:g} must be positive")
 
 
 def _of_system(system: System, y: np.ndarray, t: float) -> SystemState:

@@ -87,12 +87,12 @@ class Evaluator:
     600.0
     """
 
-    def __init__(self, system: System, t: float = 0.0) -> None:
+    def __init__(self, system: System, t: float = 0.0, *, until: float = 0.0) -> None:
         self.system = system
         self.packed = pack(system)
         self.nx, self.nu = self.packed.nx, self.packed.nu
         self.data = self.packed.data()
-        self.loading = Loading(system, self.packed, t + AHEAD)
+        self.loading = Loading(system, self.packed, max(t, until) + AHEAD)
         self.loops = self.loading.loops
         self.udot = np.zeros(self.nu)  # the last accelerations
         self.applied: list[tuple[str, np.ndarray]] = []  # interface, force and torque (6,) besides the loads

@@ -48,7 +48,7 @@ def ringing(
     text = f"body {names} starts" if len(found) == 1 else f"bodies {names} start"
     return (
         f"{text} without the deflection that loads cause at once: there are vibrations about it; where they are not "
-        "meant, start = 'quasi_static' (what is released), 'equilibrium' or 'steady' begins with it",
+        "meant, start = 'quasi_static' (what is released), 'equilibrium', 'steady' or 'periodic' begins with it",
     )
 
 

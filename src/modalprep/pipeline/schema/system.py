@@ -171,6 +171,7 @@ class JointTable(HingeTable):
     child: str = Field(description="'body.interface'")
 
 
+Start = Literal["rest", "quasi_static", "equilibrium", "steady", "periodic"]
 Theory = Literal["consistent", "no_geometric_stiffness", "ruthless"]
 THEORY = (
     "no_geometric_stiffness: the conventional theory, which rotation softens; ruthless: linearised in the modes, also "
@@ -218,7 +219,7 @@ class SimulationTable(Table):
 
     applies: ClassVar = (
         Rule(
-            ("atol", "method", "max_step", "shortest_event", "start", "checkpoint"),
+            ("atol", "method", "max_step", "shortest_event", "start", "period", "checkpoint"),
             needs=("variables",),
             among=("joint",),
         ),
@@ -237,13 +238,16 @@ class SimulationTable(Table):
     shortest_event: Duration | None = Field(
         None, gt=0, description="s, for which expressions of t are looked through; default 1e-4 of t_end"
     )
-    start: Literal["rest", "quasi_static", "equilibrium", "steady"] | FileName | dict[str, list[float]] = Field(
+    start: Start | FileName | dict[str, list[float]] = Field(
         "rest",
         description="quasi_static: modes deflected by the accelerations at the start; equilibrium: everything at rest; "
-        "steady: with the motion at the start; the file of a run or state, which goes on; or modal "
-        'coordinates, { "arm.modal" = [...] }',
+        "steady: with the motion at the start; periodic: in the motion that repeats itself after `period`; the file of "
+        'a run or state, which goes on; or modal coordinates, { "arm.modal" = [...] }',
     )
     start_time: Duration | None = Field(None, ge=0, description="s, of the run in that file; default its end")
+    period: Duration | None = Field(
+        None, gt=0, description="s, of a periodic start; default a turn of the slowest joint with a constant rate"
+    )
     checkpoint: Duration | None = Field(
         None, gt=0, description="s of real time between checkpoints, from which an interrupted run goes on"
     )
@@ -261,11 +265,13 @@ class SimulationTable(Table):
         file = self.start if isinstance(self.start, FileName) else None
         if file is not None and "." not in file:
             raise ValueError(
-                f"start = {str(file)!r} is neither 'rest', 'quasi_static', 'equilibrium' nor 'steady', and "
-                "no file of a run or a state, such as 'run.h5'"
+                f"start = {str(file)!r} is neither 'rest', 'quasi_static', 'equilibrium', 'steady' nor 'periodic', "
+                "and no file of a run or a state, such as 'run.h5'"
             )
         if self.start_time is not None and file is None:
             raise ValueError("start_time is the time of a run whose file is the start; leave it out")
+        if self.period is not None and self.start != "periodic":
+            raise ValueError("period belongs to start = 'periodic'; leave it out")
         return self
 
     @model_validator(mode="after")

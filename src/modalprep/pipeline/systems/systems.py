@@ -117,11 +117,11 @@ def simulate_pipeline(
     theories = _theories(simulation, geometric_stiffness)
     variants = {LABELS[theory]: in_theory(system, theory) for theory in theories}
     events = read_events(pipeline.events)
-    start = read_start(simulation, source.folder, system)
+    begin = {"start": read_start(simulation, source.folder, system), "period": simulation.period, "events": events}
     runs: dict[str, Result] = {}
     for number, (label, variant) in enumerate(variants.items()):
         with reporter.progress(f"{path.name}: {label}", simulation.t_end, unit="s") as progress:
-            options = {"events": events, "start": start, "reference": reference, "progress": progress}
+            options = begin | {"reference": reference, "progress": progress}
             file = checkpoint_file(stem, number)
             runs[label] = _simulate(simulation, variant, options, file, reporter)
         _report(runs[label], reporter)
@@ -144,8 +144,7 @@ def simulate_pipeline(
 
         varied = variants[LABELS[theories[0]]]
         assert isinstance(varied, System)  # by the check of the file: [deployments] are not combined with [ensemble]
-        options = simulation.steps | {"events": events, "start": start}
-        ensemble = simulate_ensemble(path, pipeline.ensemble, varied, options, main, stem, reporter)
+        ensemble = simulate_ensemble(path, pipeline.ensemble, varied, simulation.steps | begin, main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
     return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
 
