@@ -121,6 +121,10 @@ def init(
     dialect: Annotated[
         str | None, typer.Option("--dialect", help="Of an .inp deck that does not tell itself: abaqus or calculix.")
     ] = None,
+    subcase: Annotated[
+        int | None,
+        typer.Option("--subcase", help="Subcase or step of a deck whose supports, loads, modes and damping are taken."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -139,11 +143,19 @@ def init(
     reporter = Reporter(quiet=as_json)
     units = {"length_unit": length_unit, "mass_unit": mass_unit}
     if is_reduced(file):
-        _refuse_mesh_options(file, material, size, dialect)
+        given = {"--material": material, "--size": size, "--dialect": dialect, "--subcase": subcase}
+        _refuse_mesh_options(file, given)
         _init_reduced(file, target, units, force, reporter, as_json)
         return
     found, written = init_pipeline(
-        file, target, material=material, size=size, dialect=dialect_of(dialect), force=force, **units
+        file,
+        target,
+        material=material,
+        size=size,
+        dialect=dialect_of(dialect),
+        subcase=subcase,
+        force=force,
+        **units,
     )
     survey_table(*rows(found), reporter.console)
     for note in found.notes:
@@ -174,10 +186,10 @@ def _init_reduced(
     _say_next(written, reporter)
 
 
-def _refuse_mesh_options(file: Path, material: str | None, size: float | None, dialect: str | None) -> None:
+def _refuse_mesh_options(file: Path, given: dict[str, object]) -> None:
     from modalprep.errors import InputError
 
-    for option, value in (("--material", material), ("--size", size), ("--dialect", dialect)):
+    for option, value in given.items():
         if value is not None:
             raise InputError(f"{option} is of meshes, and {file} holds a reduced body; leave it out")
 

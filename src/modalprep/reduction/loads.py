@@ -19,7 +19,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.fe.terms.forms import follower, pressure, traction
 from modalprep.fe.terms.term import Term
-from modalprep.suggest import refuse_other
+from modalprep.suggest import refuse_other, suggestion
 
 Vector = tuple[float, float, float]
 NONE = (0.0, 0.0, 0.0)
@@ -45,6 +45,8 @@ class Load(NodeSet):
         N/m, on the lines of a group.
     position : (3,) or None
         Point of application, m, mesh coordinates; None: the centroid, of a cylinder the middle of its axis.
+    set : str
+        A static load that the file of the mesh brings (``Mesh.loads``), instead of nodes and forces.
 
     Examples
     --------
@@ -52,19 +54,30 @@ class Load(NodeSet):
     near (10, 0, 0)
     """
 
-    applies: ClassVar = (Rule(("position",), needs=("force",), advice="other loads have no such place"),)
+    applies: ClassVar = (
+        Rule(("position",), needs=("force",), advice="other loads have no such place"),
+        Rule(("force", "moment", "pressure", "traction", "line_load"), beside=("set",)),
+    )
     force: Vector = NONE
     moment: Vector = NONE
     pressure: float = 0.0
     traction: Vector = NONE
     line_load: Vector = NONE
     position: Vector | None = None
+    set: str | None = None
     kind = "rbe3"
 
     def __post_init__(self) -> None:
         """Refuse a place that nothing uses."""
-        super().__post_init__()
+        if self.set is None:
+            super().__post_init__()
+        elif self._given():
+            raise InputError(f"load by set {self.set!r} has its own nodes; leave {self._given()[0]!r} out")
         refuse_idle(self, "load: ")
+
+    def __repr__(self) -> str:
+        """The set or the nodes."""
+        return f"set {self.set!r}" if self.set is not None else super().__repr__()
 
 
 def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
@@ -98,6 +111,8 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     """
     refuse_other("nodal_load: the model", FEModel, model)
     refuse_other("nodal_load: the mesh", Mesh, mesh)
+    if load.set is not None:
+        return _of_file(model, mesh, name, load.set)
     used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
     nodes = np.intersect1d(load.nodes(mesh, used), used)
     if not len(nodes):
@@ -105,6 +120,21 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     F = _resultant(model, mesh, name, load, nodes) + _distributed(model, mesh, name, load)
     if not np.any(F):
         raise InputError(f"load {name!r} is zero; give force, moment, pressure, traction or line_load")
+    return F
+
+
+def _of_file(model: FEModel, mesh: Mesh, name: str, set_: str) -> np.ndarray:
+    """Return a load of the mesh file; what acts on DOFs that no element has is nothing, as moments on solids."""
+    if set_ not in mesh.loads:
+        known = suggestion(set_, mesh.loads, "it has")
+        raise InputError(f"load {name!r}: mesh {mesh.source or 'in memory'} has no load {set_!r}; {known}")
+    given = mesh.loads[set_]
+    F = np.zeros(model.n_dof)
+    dofs = model.dof[given.nodes]
+    there = dofs >= 0
+    np.add.at(F, dofs[there], np.hstack([given.forces, given.moments])[there])
+    if not np.any(F):
+        raise InputError(f"load {name!r}: {set_!r} acts on no node of an element with a property")
     return F
 
 

@@ -6,7 +6,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.fe.readers.abaqus.elements import type_of
-from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES
+from modalprep.fe.readers.abaqus.registry import IN_STEPS, REGISTRY, STAGES
 from modalprep.fe.readers.registries import REGISTRIES
 
 BAR = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*ELEMENT, TYPE=T3D2, ELSET=bar\n1, 1, 2\n"
@@ -36,7 +36,7 @@ def test_every_keyword_that_is_read_has_its_reader():
     """Except those that frame the others, and the types of elements, which one function reads."""
     frames = {"INCLUDE", "PART", "END PART", "INSTANCE", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"}
     read = {key for key, entry in REGISTRY.items() if entry.treatment in ("read", "approximated")}
-    handled = {key for stage in STAGES for key, entry in stage.items() if entry.handle}
+    handled = {key for stage in (*STAGES, IN_STEPS) for key, entry in stage.items() if entry.handle}
     assert {key for key in read - frames if not key.startswith("ELEMENT, TYPE=")} <= handled
 
 

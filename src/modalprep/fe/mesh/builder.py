@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from modalprep.fe.mesh.analysis import AnalysisCase, LoadSet
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Equation, Link, SupportSet
 from modalprep.fe.properties.properties import Property
@@ -35,6 +36,8 @@ class MeshBuilder:
         self.links: list[Link] = []
         self.equations: list[Equation] = []
         self.supports: dict[str, SupportSet] = {}
+        self.loads: dict[str, LoadSet] = {}
+        self.cases: list[AnalysisCase] = []
         self.listed = 0  # nodes that the file has
         self.more_points: list[np.ndarray] = []  # new nodes, in units of the file
         self._middles: dict[
@@ -96,6 +99,8 @@ class MeshBuilder:
             "links": tuple(self.links),
             "equations": tuple(self.equations),
             "supports": self.supports,
+            "loads": self.loads,
+            "cases": tuple(self.cases),
             "data": cell_data(self.data, self.cells),
         }
 

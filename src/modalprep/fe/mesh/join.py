@@ -65,6 +65,12 @@ def join_meshes(meshes: Mapping[int, Mesh], same: Sequence[tuple[tuple[int, int]
             for k, mesh in meshes.items()
             for name, held in mesh.supports.items()
         },
+        loads={
+            prefix[k] + name: load.renumbered(place[k])
+            for k, mesh in meshes.items()
+            for name, load in mesh.loads.items()
+        },
+        cases=one.cases,
         data=_data(meshes, cells, start),
         notes=tuple(f"part {k}: {note}" if k else note for k, mesh in meshes.items() for note in mesh.notes),
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from modalprep.drawing import Viewed
 from modalprep.errors import InputError
+from modalprep.fe.mesh.analysis import AnalysisCase, LoadSet
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
@@ -175,6 +176,10 @@ class Mesh(Record, Viewed):
         Multi-point constraints that the file carries.
     supports : {name: SupportSet}
         What the file holds, by the names of its sets.
+    loads : {name: LoadSet}
+        Static loads of the file, by the names of its sets.
+    cases : tuple of AnalysisCase
+        What the file says of its analyses.
     data : {name: {cell type: (n_cells, ...) float}}
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
         beam's ends (mesh axes, m), ``pins (12)``, 1 where a DOF of a beam's ends in its axes is released, ``axis (3)``,
@@ -205,6 +210,8 @@ class Mesh(Record, Viewed):
     links: tuple[Link, ...] = ()
     equations: tuple[Equation, ...] = ()
     supports: dict[str, SupportSet] = field(default_factory=dict)
+    loads: dict[str, LoadSet] = field(default_factory=dict)
+    cases: tuple[AnalysisCase, ...] = ()
     data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     coupled_mass: bool = False
     notes: tuple[str, ...] = ()

@@ -31,7 +31,7 @@ def proposals(mesh: Mesh, structure: Iterable[str], rounds: list[Opening], plane
     planes : list of PlaneFace
     """
     named = list(named_sets(mesh, set(structure) | set(mesh.properties), rounds))
-    found = [*spiders(mesh), *named]
+    found = [*(one for one in named if one.asked), *spiders(mesh), *(one for one in named if not one.asked)]
     taken = [set(one.nodes) for one in found]
     left = [
         one for one in rounds if set(one.nodes) not in taken and not any(set(one.nodes) <= nodes for nodes in taken)
@@ -56,13 +56,16 @@ def without(proposals: list[Proposal], name: str, why: str) -> list[Proposal]:
 
 
 def _chosen(proposals: list[Proposal]) -> list[Proposal]:
-    """Return the proposals with the root first; at most MOST stay likely, and none that shares nodes with another."""
-    order = sorted(proposals, key=lambda one: (not one.likely, not ROOTS.search(one.name)))
+    """Return the proposals with the root first; at most MOST stay likely beside those that the deck keeps.
+
+    None shares nodes with another.
+    """
+    order = sorted(proposals, key=lambda one: (not one.likely, not one.asked, not ROOTS.search(one.name)))
     used: set[int] = set()
     chosen = []
     for one in order:
         free = used.isdisjoint(one.nodes.tolist())
-        likely = one.likely and free and sum(other.likely for other in chosen) < MOST
+        likely = one.likely and free and (one.asked or sum(other.likely for other in chosen) < MOST)
         what = one.what if free or not one.likely else f"{one.what}; shares nodes with one above"
         chosen.append(one.with_(likely=likely, what=what))
         used |= set(one.nodes.tolist()) if likely else set()

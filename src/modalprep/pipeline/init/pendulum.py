@@ -11,9 +11,8 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.elements.mass import RigidInertia
 from modalprep.fe.features.cylinder import normals_to
-from modalprep.pipeline.init.proposal import numbers
+from modalprep.pipeline.init.proposal import key, numbers, quoted
 from modalprep.pipeline.init.survey import Survey
-from modalprep.pipeline.init.text import key, quoted
 
 G = 9.81  # m/s^2
 START = 30  # degrees

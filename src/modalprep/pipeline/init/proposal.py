@@ -10,6 +10,8 @@ import numpy as np
 
 from modalprep.records import Record
 
+BARE = re.compile(r"[A-Za-z0-9_-]+")
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Proposal(Record):
@@ -31,6 +33,8 @@ class Proposal(Record):
         m, of an opening.
     likely : bool
         Whether it is taken where there is room.
+    asked : bool
+        Whether the deck itself keeps its nodes, so that there is always room.
     """
 
     name: str
@@ -41,6 +45,7 @@ class Proposal(Record):
     place: np.ndarray | None = None
     radius: float = 0.0
     likely: bool = True
+    asked: bool = False
 
 
 def numbers(values: Iterable[float], size: float) -> str:
@@ -64,6 +69,22 @@ def quoted(text: str) -> str:
     """Return a text of TOML."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
+
+
+def key(name: str) -> str:
+    """Return a key of TOML.
+
+    Examples
+    --------
+    >>> key("bolt_a"), key("bolt a")
+    ('bolt_a', '"bolt a"')
+    """
+    return name if BARE.fullmatch(name) else quoted(name)
+
+
+def comment(text: str) -> str:
+    """Return lines of a comment."""
+    return "\n".join(f"# {line}" if line else "#" for line in text.splitlines())
 
 
 def slug(name: str) -> str:

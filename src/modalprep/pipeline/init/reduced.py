@@ -8,8 +8,8 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.formats.bodies.described import notes_of
 from modalprep.formats.bodies.read import FORMATS, import_body
 from modalprep.pipeline.init.pendulum import body_pendulum_text
-from modalprep.pipeline.init.proposal import quoted
-from modalprep.pipeline.init.text import comment, path_from
+from modalprep.pipeline.init.proposal import comment, quoted
+from modalprep.pipeline.init.text import path_from
 from modalprep.pipeline.init.write import written_files
 
 OF_MESHES = {".bdf", ".dat", ".nas", ".inp"}  # suffixes of decks, which are read as meshes

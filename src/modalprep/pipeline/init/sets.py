@@ -15,7 +15,8 @@ from modalprep.pipeline.init.geometry import described
 from modalprep.pipeline.init.proposal import Proposal, quoted, slug
 from modalprep.pipeline.init.units import extent
 
-NODE_BY_NODE = re.compile(r"(suport|aset|bset|cset|qset|spc|boundary)", re.IGNORECASE)  # sets of single nodes
+KEPT = re.compile(r"(\w+\.)?(aset|bset|cset|retained|master)$", re.IGNORECASE)  # nodes that the deck keeps
+NODE_BY_NODE = re.compile(r"(suport|qset|spc|boundary)", re.IGNORECASE)  # further sets of single nodes
 NUMBERED = re.compile(r"face_\d+")  # faces that a CAD file does not name
 SINGLE = 12  # nodes of a set, each of which may be an interface
 SCATTERED = 0.75  # of the size: sets that are as wide are no interface
@@ -58,12 +59,14 @@ def named_sets(mesh: Mesh, structure: set[str], rounds: list[Opening]) -> Iterat
             or any(cells[kind][rows].any() for kind, rows in kinds.items())
         ):
             continue
-        if not any(map(len, kinds.values())) or set(mesh.nodes(name).tolist()) in held:
+        kept = KEPT.match(name) is not None
+        if not any(map(len, kinds.values())) or (not kept and set(mesh.nodes(name).tolist()) in held):
             continue
         nodes = mesh.nodes(name)
         dimension = max(map(cell_dimension, mesh.group(name)))
-        if dimension == 0 and 1 < len(nodes) <= SINGLE and NODE_BY_NODE.match(name):
-            yield from (single_node(mesh, node, f"of the set {name!r}") for node in nodes)
+        turning = [node for node in nodes if _rotates(mesh, node)]
+        if dimension == 0 and ((kept and turning) or (1 < len(nodes) <= SINGLE and NODE_BY_NODE.match(name))):
+            yield from (single_node(mesh, node, f"of the set {name!r}").with_(asked=kept) for node in nodes)
         elif len(nodes) == 1:
             yield single_node(mesh, nodes[0], f"the set {name!r}", name)
         else:

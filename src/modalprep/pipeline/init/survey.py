@@ -13,10 +13,12 @@ from modalprep.fe.features.groups import structural_groups
 from modalprep.fe.features.openings import Opening, openings
 from modalprep.fe.features.planes import PlaneFace, plane_faces
 from modalprep.fe.features.skin import named_patches, skin_of
+from modalprep.fe.mesh.analysis import AnalysisCase
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.fe.readers.cad import CAD
+from modalprep.pipeline.init.case import chosen_case
 from modalprep.pipeline.init.interfaces import proposals
 from modalprep.pipeline.init.proposal import Proposal
 from modalprep.pipeline.init.units import Read, read_with_units
@@ -42,6 +44,8 @@ class Survey(Record):
         Those that are likely first, the root first of all.
     notes : tuple of str
         What the file says, or could not be guessed.
+    case : AnalysisCase or None
+        What a deck says of its analysis.
     """
 
     file: Path
@@ -51,6 +55,7 @@ class Survey(Record):
     planes: list[PlaneFace]
     interfaces: list[Proposal]
     notes: tuple[str, ...]
+    case: AnalysisCase | None = None
 
     @property
     def mesh(self) -> Mesh:
@@ -60,6 +65,8 @@ class Survey(Record):
     @property
     def supported(self) -> str | None:
         """The set of supports of a deck that the root interface takes."""
+        if self.case is not None and self.case.supports:
+            return self.case.supports[0]
         return min(self.mesh.supports, key=lambda name: not CONSTRAINTS.match(name), default=None)
 
     @property
@@ -75,16 +82,18 @@ def survey(
     mass_unit: str | None = None,
     size: float | None = None,
     dialect: Dialect | None = None,
+    subcase: int | None = None,
 ) -> Survey:
     """Read a mesh, a deck or a CAD file and find what a first pipeline file needs.
 
     Raises
     ------
     InputError
-        When the file cannot be read, or has no elements of structure.
+        When the file cannot be read, has no elements of structure, or not that subcase.
     """
     read = read_with_units(file, length_unit, mass_unit, size, dialect)
     mesh = read.mesh
+    case = chosen_case(mesh, subcase)
     skin = skin_of(read.mesh)
     if not any(cell_dimension(kind) for kind in mesh.cells):
         raise InputError(f"mesh file {file} has no elements; save the mesh with them")
@@ -93,7 +102,7 @@ def survey(
     rounds = openings(mesh, skin, patches)
     planes = plane_faces(skin)
     found = proposals(mesh, structure, rounds, planes)
-    notes = [*mesh.notes]
+    notes = [*mesh.notes, *(case.said if case else ())]
     if left:
         notes.append(f"{left} elements are in no group that can have a property; they are left out")
     if not mesh.supports and ("PLACEHOLDER" in found[0].what or found[0].name.startswith("plane_")):
@@ -102,5 +111,12 @@ def survey(
             "the part, and must be chosen by hand"
         )
     return Survey(
-        file=file, read=read, structure=structure, openings=rounds, planes=planes, interfaces=found, notes=tuple(notes)
+        file=file,
+        read=read,
+        structure=structure,
+        openings=rounds,
+        planes=planes,
+        interfaces=found,
+        notes=tuple(notes),
+        case=case,
     )

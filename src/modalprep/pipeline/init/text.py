@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 
 import numpy as np
 
+from modalprep.fe.mesh.analysis import AnalysisCase
+from modalprep.pipeline.init.analysis import band_lines, damping_text, load_tables, said_lines, vector_lines
 from modalprep.pipeline.init.interfaces import MOST
-from modalprep.pipeline.init.proposal import Proposal, number, quoted
+from modalprep.pipeline.init.proposal import Proposal, comment, key, number, quoted
 from modalprep.pipeline.init.survey import Survey
 from modalprep.pipeline.init.units import extent
 
@@ -25,7 +26,6 @@ UPS = (
     (2, -3, 1),
 )  # of beams, the first that none is parallel to
 FAMILIES = {1: "beam", 2: "shell", 3: "solid"}
-BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def pipeline_text(survey: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool) -> str:
@@ -36,25 +36,11 @@ def pipeline_text(survey: Survey, target: Path, material: tuple[str, tuple[float
         *_materials(survey, material, given),
         *_supports(survey),
         *_interfaces(survey),
-        _rest(survey),
+        *load_tables(survey.mesh, survey.case),
+        _reduction(survey),
+        "[output]\npictures = 6  # the report is written always",
     ]
     return "\n\n".join(parts) + "\n"
-
-
-def key(name: str) -> str:
-    """Return a key of TOML.
-
-    Examples
-    --------
-    >>> key("bolt_a"), key("bolt a")
-    ('bolt_a', '"bolt a"')
-    """
-    return name if BARE.fullmatch(name) else quoted(name)
-
-
-def comment(text: str) -> str:
-    """Return lines of a comment."""
-    return "\n".join(f"# {line}" if line else "#" for line in text.splitlines())
 
 
 def _mesh(survey: Survey, target: Path) -> str:
@@ -151,14 +137,9 @@ def _table(one: Proposal) -> str:
     return f"[interfaces.{key(one.name)}]\n{one.keys}"
 
 
-def _rest(survey: Survey) -> str:
-    return "\n".join(
-        [
-            "[reduction]",
-            f"modes = {MODES}  # candidates; the report says which matter",
-            "damping = 0.01  # ASSUMPTION: of critical, of every mode",
-            "",
-            "[output]",
-            "pictures = 6  # the report is written always",
-        ]
-    )
+def _reduction(survey: Survey) -> str:
+    case = survey.case or AnalysisCase(number=0, name="")
+    asked = f", as many as {case.name} asks for" if case.modes else ""
+    modes = f"modes = {case.modes or MODES}  # candidates{asked}; the report says which matter"
+    damping = f"damping = {damping_text(case)}"
+    return "\n".join([*said_lines(case), "[reduction]", modes, *band_lines(case), damping, *vector_lines(case)])

@@ -14,6 +14,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.pipeline.building.model import assemble_pipeline
 from modalprep.pipeline.building.sources import refuse_overwriting
+from modalprep.pipeline.init.case import idle_loads
 from modalprep.pipeline.init.interfaces import without
 from modalprep.pipeline.init.materials import chosen_material
 from modalprep.pipeline.init.pendulum import pendulum_text
@@ -32,6 +33,7 @@ def init_pipeline(
     length_unit: str | None = None,
     mass_unit: str | None = None,
     dialect: Dialect | None = None,
+    subcase: int | None = None,
     force: bool = False,
 ) -> tuple[Survey, list[Path]]:
     """Write a pipeline file for a mesh, a deck or a CAD file, and beside it one of a pendulum.
@@ -49,6 +51,8 @@ def init_pipeline(
         Guessed without.
     dialect : {"abaqus", "calculix"}, optional
         Of an .inp deck, where it does not tell itself.
+    subcase : int, optional
+        Subcase or step of a deck whose supports, loads, modes and damping are taken; else those of all.
     force : bool
         Whether files may be replaced.
 
@@ -65,7 +69,7 @@ def init_pipeline(
     target = target or Path(f"{file.stem}.toml")
     _refuse_present(_files(target), file, force)
     chosen = chosen_material(material)
-    found = survey(file, length_unit, mass_unit, size, dialect)
+    found = survey(file, length_unit, mass_unit, size, dialect, subcase)
     found, text, model = _that_assembles(found, target, chosen, material is not None)
     texts = [text] if model is None else [text, pendulum_text(found, target, model)]
     return found, written_files(file, target, texts, force)
@@ -79,15 +83,28 @@ def _that_assembles(
     for _ in range(1 + len(survey.interfaces)):
         text = pipeline_text(survey, target, material, given)
         try:
-            return survey, text, assemble_pipeline(Pipeline.model_validate(tomllib.loads(text)), survey.mesh)
+            model = assemble_pipeline(Pipeline.model_validate(tomllib.loads(text)), survey.mesh)
         except InputError as error:
             message = str(error)
+        else:
+            survey = _without_idle_loads(survey, model)
+            return survey, pipeline_text(survey, target, material, given), model
         refused = re.match(r"interface '(.+?)': (.+)", message)
         if not refused or refused[1] not in {one.name for one in survey.active}:
             break
         survey = survey.with_(interfaces=without(survey.interfaces, refused[1], refused[2]))
     survey = survey.with_(notes=(*survey.notes, f"{target.name} does not run yet: {message}"))
     return survey, pipeline_text(survey, target, material, given), None
+
+
+def _without_idle_loads(survey: Survey, model: FEModel) -> Survey:
+    """Return the survey without loads that need no truncation vector, and say why."""
+    case = survey.case
+    idle = idle_loads(model, survey.mesh, case.loads) if case else {}
+    if case is None or not idle:
+        return survey
+    kept = tuple(name for name in case.loads if name not in idle)
+    return survey.with_(case=case.with_(loads=kept), notes=(*survey.notes, *idle.values()))
 
 
 def written_files(file: Path, target: Path, texts: Sequence[str], force: bool) -> list[Path]:
@@ -139,6 +156,7 @@ def summary(survey: Survey) -> dict[str, object]:
         ],
         "interfaces": [one.name for one in survey.active],
         "further_interfaces": [one.name for one in survey.interfaces if one not in survey.active],
+        "loads": list(survey.case.loads) if survey.case else [],
         "notes": list(survey.notes),
     }
 
@@ -154,6 +172,8 @@ def rows(survey: Survey) -> tuple[str, list[tuple[str, str, str, bool]]]:
             ("supports", name, f"{len(held.nodes)} nodes that the deck holds", name == survey.supported)
             for name, held in mesh.supports.items()
         ]
+    taken = survey.case.loads if survey.case else ()
+    table += [("load", name, f"on {len(load.nodes)} nodes", name in taken) for name, load in mesh.loads.items()]
     table += [("interface", one.name, one.what, any(one is other for other in used)) for one in survey.interfaces]
     return f"{mesh.source}: {len(mesh.points)} nodes, {cells}; in {survey.read.length_unit} ({survey.read.why})", table
 

@@ -158,6 +158,9 @@ class SuppliedTable(SourceTable):
 class LoadTable(NodesTable):
     """A load for truncation vectors and static participation, mesh axes; its magnitude does not matter."""
 
+    set: str | None = Field(
+        None, description="instead of nodes and forces: a static load that the deck brings, such as load_2"
+    )
     force: Three[Force] = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
     moment: Three[Moment] = Field([0.0, 0.0, 0.0], description="total, N m")
     pressure: Stress = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
@@ -167,11 +170,16 @@ class LoadTable(NodesTable):
     @model_validator(mode="after")
     def _not_nothing(self) -> LoadTable:
         spread = self.pressure or any(self.traction) or any(self.line_load)
-        if not (any(self.force) or any(self.moment) or spread):
+        if self.set is None and not (any(self.force) or any(self.moment) or spread):
             raise ValueError("the load is zero; give force, moment, pressure, traction or line_load")
+        if self.set is not None and (any(self.force) or any(self.moment) or spread or self.position):
+            raise ValueError(f"the load {self.set!r} of the deck has its own forces and places; leave others out")
         if spread and self.group is None:
             raise ValueError("pressure, traction and line_load need a mesh group of faces or lines; name it by 'group'")
         return self
+
+    def _instead(self) -> tuple[str, ...]:
+        return ("set",)
 
 
 class WeldTable(Table):

@@ -33,6 +33,8 @@ class Substance:
     kind: str = ""
     constants: list[float] = field(default_factory=list)
     density: float = 0.0
+    damping: tuple[float, float] = (0.0, 0.0)  # alpha, 1/s, and beta, s
+    structural: float = 0.0
 
 
 @dataclass
@@ -113,6 +115,15 @@ def elastic(deck: Deck, block: Block) -> None:
     substance.constants = joined.reals(0, count, "an elastic constant")
     if len(block.rows) > per_set:
         deck.note(f"material {substance.name}: of its temperatures the first holds (line {block.line})")
+
+
+def damping(deck: Deck, block: Block) -> None:
+    """``*DAMPING`` of a material, for the first pipeline file: Rayleigh's and structural damping."""
+    names = ("ALPHA", "BETA", "STRUCTURAL")
+    at = Row([block.options.get(name, "") for name in names], block.file, block.line)
+    substance = _current(deck, block)
+    alpha, beta, substance.structural = at.reals(0, 3, "damping")
+    substance.damping = alpha, beta
 
 
 def density(deck: Deck, block: Block) -> None:

@@ -13,13 +13,14 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.builder import cell_data
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
+from modalprep.fe.readers.abaqus.analysis import cases, load_sets, read_steps
 from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms, turn_rotation_nodes
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.dialect import Dialect, spoken
 from modalprep.fe.readers.abaqus.elements import note_others
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
-from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES, WITHOUT_EFFECT
+from modalprep.fe.readers.abaqus.registry import IN_STEPS, REGISTRY, STAGES, WITHOUT_EFFECT
 from modalprep.fe.readers.abaqus.ties import tie_equations
 from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
@@ -29,6 +30,7 @@ BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS"}  # belong t
 BOUNDARY = "boundary"  # name of the set of supports, and of their group
 KEPT = {("SURFACE", "TYPE"), ("ORIENTATION", "LOCAL DIRECTIONS")}  # parameters that count where something uses them
 POINTS = ("mass", "rotary inertia", "spring")
+QUIET = {name for name, entry in REGISTRY.items() if entry.treatment == "no effect"} | {"STEP", "BOUNDARY"}
 SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
 
 
@@ -69,7 +71,7 @@ def read_abaqus(
     parts = Parts()
     blocks = [_spelled(block) for block in blocks]
     deck = Deck(path, Units(length=length, mass=mass), parts, spoken(blocks, dialect))
-    blocks = _chosen(deck, parts.placed(blocks), ignore)
+    blocks, of_steps = _chosen(deck, parts.placed(blocks), ignore)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         for stage in STAGES:
             for block in blocks:
@@ -81,6 +83,7 @@ def read_abaqus(
         for block in blocks:
             _skip_unread(deck, block)
         note_others(deck)
+        read_steps(deck, of_steps, IN_STEPS, QUIET)
         return _mesh(deck, sha256)
 
 
@@ -98,13 +101,13 @@ def _spelled(block: Block) -> Block:
     return replace(block, keyword=known) if known else block
 
 
-def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Block]:
-    """Return the blocks to read, and note the others: ignored, unknown, of steps; refuse what would be missed."""
+def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> tuple[list[Block], list[Block]]:
+    """Return the blocks of the model and those of the steps; note ignored and unknown ones, refuse what is missed."""
     ignored = {name: 0 for name in ignore}
     by_name = {_plain(name): name for name in ignore}
     kept = []
     unknown = []
-    steps = Counter()
+    steps = []
     owner = None
     for block in blocks:
         name = next((by_name[own] for own in _names(block) if own in by_name), None)
@@ -114,7 +117,7 @@ def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Bl
             if block.keyword == "BOUNDARY" and block.step == 1:
                 kept.append(block)
             else:
-                steps[block.keyword] += 1
+                steps.append(block)
         elif block.keyword not in REGISTRY:
             if block.keyword:
                 unknown.append((f"*{block.keyword}", f"line {block.line}"))
@@ -130,10 +133,10 @@ def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Bl
             kept.append(block)
     _refuse_absent(deck, ignored, blocks)
     deck.notes += [f"ignored: {count} {name}" for name, count in ignored.items()]
-    if steps.pop("BOUNDARY", 0):
+    if any(block.keyword == "BOUNDARY" for block in steps):
         deck.notes.append("supports of steps after the first are left out")
     deck.notes += left_out(unknown, ADVICE)
-    return kept
+    return kept, steps
 
 
 def _names(block: Block) -> tuple[str, ...]:
@@ -193,7 +196,9 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         properties={names[key]: section for key, section in deck.sections.items()},
         links=tuple(link.renumbered(place) for link in deck.links),
         equations=tuple(_equations(deck, place, turning)),
-        supports=_supports(deck, place),
+        supports=(supports := _supports(deck, place)),
+        loads=load_sets(deck, place),
+        cases=tuple(case for case in cases(deck, tuple(supports)) if not case.is_empty),
         data=cell_data(deck.data, deck.cells),
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )

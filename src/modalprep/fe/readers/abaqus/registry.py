@@ -2,10 +2,31 @@
 
 from __future__ import annotations
 
-from modalprep.fe.readers.abaqus import beams, constraints, elements, geometry, materials, points, sections, sets, ties
+from modalprep.fe.readers.abaqus import (
+    analysis,
+    beams,
+    constraints,
+    elements,
+    geometry,
+    materials,
+    points,
+    sections,
+    sets,
+    ties,
+)
 from modalprep.fe.readers.coverage import Entry
 
-ABOUT_LOADS = "Loads, steps and output come from the pipeline file."
+PROCEDURES = (
+    "STATIC",
+    "BUCKLE",
+    "DYNAMIC",
+    "MODAL DYNAMIC",
+    "STEADY STATE DYNAMICS",
+    "SUBSTRUCTURE GENERATE",
+    "SUBSTRUCTURE MATRIX OUTPUT",
+    "SELECT EIGENMODES",
+    "VISCO",
+)
 GEOMETRY = {
     "SYSTEM": Entry("read", "", geometry.system),
     "NODE": Entry("read", "SYSTEM R, C and S. Directions of normals in the lines are left out.", geometry.nodes),
@@ -28,6 +49,7 @@ MATERIALS = {
         "first holds.",
         materials.elastic,
     ),
+    "DAMPING": Entry("read", "For modalprep init, where all materials have the same.", materials.damping),
     "DENSITY": Entry("read", "Of temperatures the first holds.", materials.density),
     "DISTRIBUTION": Entry("read", "Of coordinates for *ORIENTATION.", materials.distribution),
     "NODAL THICKNESS": Entry("read", "At every node of a section that asks for it.", sections.nodal_thickness),
@@ -98,13 +120,28 @@ WITHOUT_EFFECT = {  # parameters: names, and what counts in other analyses
     "FIXED",
     "LOAD CASE",
 }
+IN_STEPS = {
+    "FREQUENCY": Entry("read", "Count and band of modes, for modalprep init.", analysis.frequency),
+    "CLOAD": Entry("read", "A load of the mesh with the name of its step, for [loads].", analysis.point_load),
+    "DLOAD": Entry("read", "Pressures are loads of the mesh; gravity is for modalprep init.", analysis.element_load),
+    "DSLOAD": Entry("read", "Pressures are loads of the mesh.", analysis.surface_load),
+    "MODAL DAMPING": Entry(
+        "read", "For modalprep init, where it is one for all modes or given over the frequency.", analysis.modal_damping
+    ),
+    "GLOBAL DAMPING": Entry("read", "For modalprep init.", analysis.global_damping),
+    "RETAINED NODAL DOFS": Entry("read", "A group of this name, for interfaces of modalprep init.", analysis.retained),
+}
 STAGES = (GEOMETRY, MATERIALS, AXES, SECTIONS, CONSTRAINTS)
 
 STRUCTURE = dict.fromkeys(
     ("INCLUDE", "PART", "END PART", "INSTANCE", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"), Entry("read")
 )
 STEPS = {
-    "STEP": Entry("no effect", f"{ABOUT_LOADS} Supports of the first step count."),
+    "STEP": Entry("no effect", "Supports of the first step count; static loads are those of the step alone."),
+    **IN_STEPS,
+    **{
+        name: Entry("no effect", "Loads in time and at frequencies come from the pipeline file.") for name in PROCEDURES
+    },
     "END STEP": Entry("no effect"),
     "MODEL CHANGE": Entry("refused", "It removes elements in a step; give the deck of the state that is meant."),
 }
@@ -164,7 +201,6 @@ NO_EFFECT = dict.fromkeys(
     Entry("no effect"),
 )
 NO_EFFECT |= {
-    "DAMPING": Entry("no effect", "Damping is given in the pipeline file."),
     "INITIAL CONDITIONS": Entry("no effect", "Prestress comes from the pipeline file."),
 }
 REFUSED = {

@@ -90,13 +90,14 @@ def faces_of(deck: Deck, block: Block, surface: Surface) -> list[tuple[str, list
                     block.refuse(f"uses the edge {side} of element {key[1]}; give faces or nodes")
                 found.append((kind, nodes))
             elif side:
-                found.append(_face(block, kind, nodes, side, key[1]))
+                found.append(face_of(block, kind, nodes, side, key[1]))
             else:
                 found += _outer(deck, key, kind, nodes)
     return found
 
 
-def _face(block: Block, kind: str, nodes: list[int], side: str, label: int) -> tuple[str, list[int]]:
+def face_of(block: Block, kind: str, nodes: list[int], side: str, label: int) -> tuple[str, list[int]]:
+    """Return the cell and the nodes of the face of a solid that the deck calls S1, S2, ..."""
     cell = CELLS[kind]
     order = FACES.get(cell.shape, ())
     number = int(side[1:]) if side[:1] == "S" and side[1:].isdigit() else 0

@@ -71,6 +71,9 @@ class Deck:
     fixed: list[FixedDof] = field(default_factory=list)
     equations: dict[int, dict[str, Any]] = field(default_factory=dict)
     couples: dict[int, dict[str, Any]] = field(default_factory=dict)
+    forces: dict[tuple[int, int], float] = field(default_factory=dict)  # by node and component
+    said: dict[str, list[float]] = field(default_factory=dict)  # numbers of commands of the analysis
+    unread: list[tuple[str, str]] = field(default_factory=list)  # of the analysis
     attributes: dict[str, int] = field(default_factory=dict)  # of the elements that follow
     section: int = 0  # the one that SECDATA means
     table: tuple[int, str] = (0, "")  # material and kind of the table that TBDATA means

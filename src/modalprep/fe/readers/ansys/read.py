@@ -10,6 +10,7 @@ from pathlib import Path
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.ansys.analysis import add_case
 from modalprep.fe.readers.ansys.builder import Builder
 from modalprep.fe.readers.ansys.commands import Command, commands
 from modalprep.fe.readers.ansys.constraints import add_constraints
@@ -65,6 +66,7 @@ def read_ansys(path: Path, length: float, mass: float, ignore: Collection[str] =
     for element in deck.elements.values():
         _build(builder, element, ignored)
     add_constraints(builder)
+    add_case(builder)
     _refuse_absent(deck, ignored)
     mesh = builder.mesh(hashlib.sha256(content).hexdigest())
     return mesh.with_(notes=(*left_out(deck.skipped, ADVICE), *deck.notes))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from modalprep.fe.readers.ansys import analysis
 from modalprep.fe.readers.ansys import handlers as h
 from modalprep.fe.readers.ansys.commands import FIRST
 from modalprep.fe.readers.ansys.elements import ELEMENTS
@@ -14,13 +15,12 @@ VALUES = "They depend on other files or on parameters; give the numbers."
 QUIET = (
     "/PREP7 /SOLU /POST1 /NOPR /GO /GOPR /TITLE /BATCH /CLEAR /FILNAME /UNITS /SHOW /VIEW /ANGLE /DIST /OUTPUT /WB "
     "/CONFIG /PNUM /NUMBER /REPLOT /AUTO /FCOMP /NERR /EXIT /DELETE /GST /STATUS *SET *MSG *GET *DEL *ELSE *ENDIF "
-    "FINISH SAVE SOLVE NUMOFF NUMCMP DOF ANTYPE MODOPT MXPAND EQSLV PSTRES QRDOPT MODCONTROL EXTOPT TREF "
-    "BFUNIF TUNIF ACEL OMEGA DOMEGA CGLOC CGOMEGA DCGOMG DMPRAT DMPSTR ALPHAD BETAD IRLF ERESX CRPLIM NCNV NEQIT TIME "
-    "KUSE MPTEMP SHPP OUTRES OUTPR KBC NSUBST DELTIM AUTOTS CNVTOL NLGEOM RESCONTROL F SF SFE SFL SFA SFBEAM SFGRAD BF "
-    "BFE IC LSWRITE LSSOLVE CMGRP CMEDIT KEYW DMPOPTION WPSTYLE K L A V "
-    "RATE HARFRQ MPAMOD MPDRES MPLIB SELTOL ETCONTROL ESTIF TOFFST STABILIZE SSTIF RESP GRID PSD CUTCONTROL "
-    "SBCTRAN CSCIR CSDELE CSLIST DSYS RSYS TBTEMP"
+    "FINISH SAVE SOLVE NUMOFF NUMCMP DOF ANTYPE MXPAND EQSLV PSTRES QRDOPT MODCONTROL EXTOPT TREF BFUNIF TUNIF CGLOC "
+    "IRLF ERESX CRPLIM NCNV NEQIT TIME KUSE MPTEMP SHPP OUTRES OUTPR KBC NSUBST DELTIM AUTOTS CNVTOL NLGEOM "
+    "RESCONTROL IC LSWRITE LSSOLVE CMGRP CMEDIT KEYW DMPOPTION WPSTYLE K L A V RATE HARFRQ MPAMOD MPDRES MPLIB SELTOL "
+    "ETCONTROL ESTIF TOFFST STABILIZE SSTIF RESP GRID PSD CUTCONTROL SBCTRAN CSCIR CSDELE CSLIST DSYS RSYS TBTEMP"
 )
+UNREAD = "OMEGA DOMEGA CGOMEGA DCGOMG SF SFE SFL SFA SFBEAM BF BFE MDAMP SFGRAD"
 GENERATING = (
     "NGEN FILL NSYM NSCALE NROTAT NMODIF EGEN EMODIF ENGEN ENSYM ESYM EINTF EMESH AMESH VMESH LMESH VSWEEP VEXT VDRAG "
     "ESURF EREFINE CS CSKP CSWPLA TRANSFER"
@@ -65,6 +65,13 @@ COMMANDS: dict[str, Entry] = {
     "D": Entry("read", "A set of supports and a group, both of the name 'held'.", h.support),
     "CE": Entry("read", "Its constant is left out.", h.equation),
     "CP": Entry("read", "", h.couple),
+    "F": Entry("read", f"The load {analysis.LOAD!r} of the mesh, for [loads].", analysis.force),
+    "M": Entry("read", f"The group {analysis.MASTER!r}, for interfaces of modalprep init.", analysis.master),
+    **{
+        name: Entry("read", "For modalprep init: count and band of modes, damping, gravity.", analysis.analysis)
+        for name in ("MODOPT", "ACEL", "ALPHAD", "BETAD", "DMPRAT", "DMPSTR")
+    },
+    **dict.fromkeys(UNREAD.split(), Entry("no effect", "modalprep init says so.", analysis.unread)),
     **dict.fromkeys(QUIET.split(), Entry("no effect")),
     **dict.fromkeys(GENERATING.split(), Entry("refused", MADE)),
     **dict.fromkeys("CERIG RBE3 CEINTF CPINTF CEGEN CPGEN CPCYC CECYC CPLGEN".split(), Entry("refused", JOINED)),

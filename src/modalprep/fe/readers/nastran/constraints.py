@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -12,7 +11,8 @@ import numpy as np
 from modalprep.fe.links.components import oblique
 from modalprep.fe.mesh.mesh import Equation, Link
 from modalprep.fe.readers.nastran.builder import Builder
-from modalprep.fe.readers.nastran.cards import BEGIN, Card
+from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.case_control import case_control
 
 LISTS = ("MPC", "MPCADD")
 SINGULAR = 1e-9  # of the independent components of a rigid element, over its size
@@ -186,9 +186,10 @@ def selected(b: Builder, path: Path, name: str, cards: list[Card], joined: dict[
     known = list(dict.fromkeys([*joined, *(card.id for card in cards)]))
     if not known:
         return []
-    control = _case_control(path)
-    chosen = list(dict.fromkeys(int(number) for number in _numbers_after(name, control or "")))
-    if control is None:
+    subcases = case_control(path)
+    numbers = [subcase.selected(name) for subcase in subcases or ()]
+    chosen = list(dict.fromkeys(number for number in numbers if number is not None))
+    if subcases is None:
         within = {number for numbers in joined.values() for number in numbers}
         chosen = [number for number in known if number not in within]
         if len(chosen) > 1:
@@ -202,20 +203,8 @@ def selected(b: Builder, path: Path, name: str, cards: list[Card], joined: dict[
     return chosen[:1]
 
 
-def _numbers_after(name: str, control: str) -> list[str]:
-    return re.findall(rf"^\s*{name}\s*=\s*(\d+)", control, re.IGNORECASE | re.MULTILINE)
-
-
 def _list(numbers: list[int]) -> str:
     return ", ".join(map(str, numbers[:8])) + ", ..." * (len(numbers) > 8)
-
-
-def _case_control(path: Path) -> str | None:
-    """Return what stands before BEGIN BULK; None in a deck of bulk data alone."""
-    lines = path.read_text(encoding="latin-1").splitlines()
-    start = next((k for k, line in enumerate(lines) if BEGIN.match(line)), None)
-    text = "\n".join(line.split("$", 1)[0] for line in lines[:start])
-    return text if start is not None and text.strip() else None
 
 
 def _equation(b: Builder, card: Card) -> Equation:

@@ -14,6 +14,7 @@ from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran import constraints as nastran_constraints
 from modalprep.fe.readers.nastran import links as nastran_links
+from modalprep.fe.readers.nastran.analysis import add_cases
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
@@ -105,6 +106,7 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
     add_nonstructural_mass(builder, path)
     nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
+    add_cases(builder, path)
     return builder.mesh(path, deck.sha256, notes)
 
 

@@ -7,7 +7,16 @@ from typing import NamedTuple
 
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.readers.coverage import Entry
-from modalprep.fe.readers.nastran import constraints, elements, links, nonstructural, points, superelements
+from modalprep.fe.readers.nastran import (
+    analysis,
+    constraints,
+    elements,
+    links,
+    loads,
+    nonstructural,
+    points,
+    superelements,
+)
 from modalprep.fe.readers.nastran.cards import Card
 
 
@@ -65,6 +74,8 @@ LISTS = (
     *nonstructural.LISTS,
     *links.SUPPORTS,
     *links.NODE_SETS,
+    *loads.LISTS,
+    *analysis.LISTS,
 )
 
 REMARKS = {
@@ -91,17 +102,22 @@ REMARKS = {
         ("CELAS3", "CELAS4", "CMASS3", "CMASS4"),
         "On scalar points that nothing joins to grids it is left out with a note; on others it is refused.",
     ),
+    **dict.fromkeys(
+        loads.READ,
+        "A set is a load of the mesh, for [loads]; gravity is for modalprep init.",
+    ),
+    "LOAD": "The sum of loads; the mesh's load of its number.",
+    **dict.fromkeys(analysis.LISTS, "For modalprep init: count and band of modes, damping."),
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
 APPROXIMATED = {"PSOLID", "PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
 
 QUIET = """
-PLOTEL PLOTEL3 PLOTEL4 FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1
-RFORCE LOAD DLOAD TLOAD1 TLOAD2 RLOAD1 RLOAD2 LSEQ SLOAD DAREA TABLED1 TABLED2 TABLED3 TABLED4 TABLEM1 TABLEM2 TABLEM3
-TABLEM4 TABLES1 TABLEST TABDMP1 TABRND1 EIGB EIGC EIGP EIGR EIGRL TSTEP TSTEPNL FREQ FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 SET1
-SET2 SET3 TEMP TEMPD TEMPP1 TEMPRB TEMPADD DPHASE DELAY DRESP1 DRESP2 DRESP3 DESVAR DCONSTR DCONADD DVPREL1 DVPREL2
-DVMREL1 DOPTPRM DLINK DSCREEN MDLPRM NLPARM NLPCI SPCD CSUPEXT OMIT OMIT1 ECHOOFF ECHOON DTI USET USET1 RANDPS RANDT1
-CREEP DEFORM BCONP BLSEG BFRIC BSURF BSURFS BCTSET SESET SEBSET SEELT RELEASE EXTRN
+PLOTEL PLOTEL3 PLOTEL4 DLOAD TLOAD1 TLOAD2 RLOAD1 RLOAD2 LSEQ DAREA TABLED1 TABLED2 TABLED3 TABLED4 TABLEM1 TABLEM2
+TABLEM3 TABLEM4 TABLES1 TABLEST TABRND1 EIGB EIGC EIGP TSTEP TSTEPNL FREQ FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 SET1 SET2 SET3
+TEMP TEMPD TEMPP1 TEMPRB TEMPADD DPHASE DELAY DRESP1 DRESP2 DRESP3 DESVAR DCONSTR DCONADD DVPREL1 DVPREL2 DVMREL1
+DOPTPRM DLINK DSCREEN MDLPRM NLPARM NLPCI CSUPEXT OMIT OMIT1 ECHOOFF ECHOON DTI USET USET1 RANDPS RANDT1 CREEP BCONP
+BLSEG BFRIC BSURF BSURFS BCTSET SESET SEBSET SEELT RELEASE EXTRN
 """
 DAMPING = (
     "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC PDAMP PDAMP5 PVISC CBUSH1D PBUSH1D PBUSHT PELAST PDAMPT MATT1 MATS1 MATT8"
@@ -151,6 +167,10 @@ def _registry() -> dict[str, Entry]:
     }
     found |= {name: Entry("no effect", "Aerodynamics is left out with a note.") for name in AERODYNAMICS.split()}
     found |= _read(LISTS, (Table(name, listed=True) for name in LISTS))
+    found |= {
+        name: Entry("no effect", "Where a subcase selects it, modalprep init says so.", Table(name, listed=True))
+        for name in loads.UNREAD
+    }
     for family, names in FAMILIES.items():
         found |= _read(names.split(), (Table(family) for _ in names.split()))
     handlers = {**elements.HANDLERS, **points.HANDLERS, **links.HANDLERS}

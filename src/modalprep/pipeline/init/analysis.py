@@ -1,0 +1,66 @@
+"""What a deck says of its analysis, as lines of the pipeline file; what these cannot hold stands in comments."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.fe.mesh.analysis import AnalysisCase
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.pipeline.init.proposal import comment, key, numbers, quoted
+from modalprep.pipeline.schema.pipeline import BUILT_IN
+
+MOST_LOADS = 12  # that are active: each adds a mode
+
+
+def load_tables(mesh: Mesh, case: AnalysisCase | None) -> list[str]:
+    """Return the tables of the static loads of a case, and in comments those of others."""
+    active = case.loads[:MOST_LOADS] if case else ()
+    tables = {name: f"[loads.{key(name)}]\nset = {quoted(name)}" for name in mesh.loads}
+    parts = [f"# A static load of the deck, on {len(mesh.loads[one].nodes)} nodes.\n{tables[one]}" for one in active]
+    others = [table for name, table in tables.items() if name not in active]
+    if others:
+        intro = "# Further static loads of the deck, for truncation_vectors."
+        parts.append("\n".join([intro, *map(comment, others)]))
+    return parts
+
+
+def said_lines(case: AnalysisCase) -> list[str]:
+    """Return comments of what the file cannot hold: gravity and a lowest frequency."""
+    lines = []
+    if np.any(case.gravity):
+        g = numbers(case.gravity, 1.0)
+        lines.append(f"# Gravity of {case.name} is {g} m/s^2: 'inertia' among the truncation vectors has its static")
+        lines.append(f"# response, and a system has it by [environment] gravity = {g}.")
+    if case.lowest:
+        lines.append(f"# Modes above {case.lowest:g} Hz are asked for; a body needs those below too.")
+    return lines
+
+
+def band_lines(case: AnalysisCase) -> list[str]:
+    """Return the highest frequency: with an error that needs as many modes, or in a comment beside their count."""
+    if case.highest is None:
+        return []
+    highest = f"up_to = {case.highest:.10g}  # Hz, the highest frequency of the deck"
+    if case.modes:
+        return [f"# {highest}, for the error against the full model"]
+    return [highest, 'target_error = "1%"  # ASSUMPTION: as many modes as this error needs']
+
+
+def damping_text(case: AnalysisCase) -> str:
+    """Return the value of the damping and where it comes from."""
+    if case.damping is None:
+        return "0.01  # ASSUMPTION: of critical, of every mode"
+    given = case.damping
+    if isinstance(given, dict):
+        return f"{{ alpha = {given['alpha']:.10g}, beta = {given['beta']:.10g} }}  # of the deck, 1/s and s"
+    if isinstance(given, list):
+        pairs = ", ".join(f"[{f:.10g}, {ratio:.10g}]" for f, ratio in given)
+        return f"[{pairs}]  # of the deck: Hz and share of critical"
+    return f"{given:.10g}  # of the deck: share of critical"
+
+
+def vector_lines(case: AnalysisCase) -> list[str]:
+    """Return the truncation vectors where the deck has static loads."""
+    active = case.loads[:MOST_LOADS]
+    names = ", ".join(quoted(name) for name in (*BUILT_IN, *active))
+    return [f"truncation_vectors = [{names}]  # loads whose static response stays exact"] if active else []
