@@ -24,6 +24,7 @@ from modalprep.pipeline.init.proposal import Proposal
 from modalprep.pipeline.init.units import Read, read_with_units
 from modalprep.records import Record
 
+PLANE = "plane"  # supports of plane stress, which carry no frame
 CONSTRAINTS = re.compile(r"(spc|boundary)", re.IGNORECASE)  # sets that hold a part, before constraints of its grids
 
 
@@ -67,7 +68,8 @@ class Survey(Record):
         """The set of supports of a deck that the root interface takes."""
         if self.case is not None and self.case.supports:
             return self.case.supports[0]
-        return min(self.mesh.supports, key=lambda name: not CONSTRAINTS.match(name), default=None)
+        held = [name for name in self.mesh.supports if name != PLANE]
+        return min(held, key=lambda name: not CONSTRAINTS.match(name), default=None)
 
     @property
     def active(self) -> list[Proposal]:

@@ -6,6 +6,7 @@ from fe.abaqus_decks import BEAM, CUBE, NU, SECTION, STEEL, E, displacements
 from structured import box
 
 import modalprep as mp
+from modalprep.errors import InputError
 from modalprep.fe.readers.abaqus.ties import nearest
 
 
@@ -257,7 +258,7 @@ REFUSED = {
     "a material without constants": ("*MATERIAL, NAME=Steel\n", "Steel has no *ELASTIC, which its section needs"),
     "too few constants": ("*MATERIAL, NAME=x\n*ELASTIC, TYPE=LAMINA\n1., 2.\n", "LAMINA needs 6 constants; it has 2"),
     "an unknown kind": ("*MATERIAL, NAME=x\n*ELASTIC, TYPE=TRACTION\n1., 2.\n", "has TYPE=TRACTION; known are"),
-    "an unknown mpc": ("*MPC\nSLIDER, 1, 2, 3\n", "*MPC of type SLIDER is not read; known are BEAM, TIE, PIN and LINK"),
+    "an unknown mpc": ("*MPC\nSLIDER, 1, 2, 3\n", "*MPC of type SLIDER is not read; known are BEAM, TIE, PIN, LINK"),
     "a link without length": ("*NODE\n9, 0, 0, 0\n*MPC\nLINK, 1, 9\n", "LINK joins nodes at one place"),
     "unlike sets": ("*NSET, NSET=a\n1, 2, 3\n*NSET, NSET=b\n4, 5\n*MPC\nPIN, a, b\n", "*MPC joins 3 and 2 nodes"),
     "a coupling of no kind": (
@@ -373,3 +374,42 @@ def test_the_nearest_point_of_a_face_lies_in_it(at, point):
     place = nearest("quad", square, np.array(at))
     np.testing.assert_allclose(place.point, point, atol=1e-12)
     assert place.distance == pytest.approx(np.linalg.norm(np.subtract(at, point)))
+
+
+def test_a_mean_rotation_that_is_measured_changes_nothing(read):
+    """The last node of MEANROT is no node of the body, and held it would be a support of no node."""
+    rotated = "*NODE\n90, 0, 0, 1\n*MPC\nMEANROT, 1, 1, 1, 2, 2, 2, 3, 3, 3\n4, 4, 4, 90\n"
+    plain, mesh = read(CUBE + STEEL), read(CUBE + STEEL + rotated)
+    stiffness = [mp.assemble(one, {}, {"root": mp.Interface(group="c")}).K.toarray() for one in (plain, mesh)]
+    np.testing.assert_array_equal(*stiffness)
+    assert "measures a rotation" in mesh.notes[0]
+    with pytest.raises(InputError, match="MEANROT holds a mean rotation.* give an interface of kind rbe3"):
+        read(CUBE + STEEL + rotated + "*BOUNDARY\n90, 1, 1\n")
+
+
+@pytest.mark.parametrize("scope", ["SURFACE=cut, NODE=90", "ELEMENT=1, NODE=90"])
+def test_a_pretension_section_is_closed(read, scope):
+    section = f"*NODE\n90, 0, 0, 1\n*SURFACE, NAME=cut\n1, S1\n*PRE-TENSION SECTION, {scope}\n0, 0, 1\n"
+    held = "*BOUNDARY\n90, 1, 1\n5, 1, 3\n"
+    mesh = read(CUBE + STEEL + section + held)
+    stiffness = [
+        mp.assemble(one, {}, {"root": mp.Interface(group="c")}).K.toarray() for one in (read(CUBE + STEEL), mesh)
+    ]
+    np.testing.assert_array_equal(*stiffness)
+    assert any("the section is closed" in note for note in mesh.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("*USER ELEMENT, NODES=2, TYPE=U7, LINEAR\n1, 2, 3\n", "by .matrices. or as .body. file"),
+        ("*MATRIX ASSEMBLE, STIFFNESS=k\n", "Matrices of a deck are read by .matrices., a substructure as .body. file"),
+        ("*ELEMENT, TYPE=Z1, ELSET=z\n9, 1, 2\n", "read its .mtx file as a body"),
+        ("*ELEMENT, TYPE=U7, ELSET=z\n9, 1, 2\n", "read the matrices of the whole body by .matrices."),
+        ("*ELEMENT, TYPE=GAPUNI, ELSET=z\n9, 1, 2\n", "a gap is open or closed"),
+        ("*SUBSTRUCTURE PROPERTY, ELSET=z\n", "a substructure as .body. file"),
+    ],
+)
+def test_matrices_of_a_deck_say_where_they_are_read(read, text, said):
+    with pytest.raises(InputError, match=said):
+        read(CUBE + STEEL + text)

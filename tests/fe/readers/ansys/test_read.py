@@ -434,3 +434,16 @@ def test_blocks_of_elements_without_their_type(read):
     row = "".join(f"{x:9d}" for x in (7, 1, 1, 1, 0, *range(1, 9)))
     mesh = read("ET,1,185", *STEEL, *nblock(UNIT_CUBE), "EBLOCK,13,,,1", "(15i9)", row, "       -1")
     assert mesh.cells["hexahedron"].tolist() == [list(range(8))]
+
+
+def test_a_pretension_section_is_closed(read):
+    """Two bars whose ends in one place PRETS179 joins vibrate as one bar of three nodes."""
+    bars = ["ET,1,180", *STEEL, "R,1,1e-4", "N,1", "N,2,1", "N,4,2", "TYPE,1", "REAL,1", "E,1,2"]
+    cut = read(*bars, "N,3,1", "N,5,0,1", "ET,2,179", "E,3,4", "TYPE,2", "E,2,3,5")
+    along = {"fix": mp.Support(node=1), "guide": mp.Support(plane=((0, 0, 0), (0, 0, 1)), components="23")}
+    found = []
+    for mesh in (read(*bars, "E,2,4"), cut):
+        model = mp.assemble(mesh, {}, {"root": mp.Interface(kind="support")}, supports=along)
+        found.append(mp.craig_bampton(model, modes=2, truncation=[]).frequency[:2])
+    np.testing.assert_allclose(*found, rtol=1e-12)
+    assert any("PRETS179: the sections are closed" in note for note in cut.notes)

@@ -261,15 +261,42 @@ def mpc(deck: Deck, block: Block) -> None:
     """``*MPC`` of types BEAM, TIE, PIN and LINK: the first node follows the second."""
     if {"USER", "MODE"} & set(block.options):
         block.refuse("of the user's own is not read; give it as *EQUATION")
+    if block.row().text(0).upper() == "MEANROT":
+        _mean_rotation(deck, block)
+        return
     for row in block.rows:
         kind = row.text(0).upper()
         if kind not in ("BEAM", "TIE", "PIN", "LINK"):
-            raise row.error(f"*MPC of type {kind} is not read; known are BEAM, TIE, PIN and LINK")
+            raise row.error(f"*MPC of type {kind} is not read; known are BEAM, TIE, PIN, LINK and MEANROT")
         first, second = (deck.nodes_of(row, block.scope, row.text(k)) for k in (1, 2))
         if len(second) not in (1, len(first)):
             raise row.error(f"*MPC joins {len(first)} and {len(second)} nodes; give sets of one size, or one node")
         for n, node in enumerate(first):
             _join(deck, row, kind, node, second[n % len(second)])
+
+
+def _mean_rotation(deck: Deck, block: Block) -> None:
+    """MEANROT of CalculiX: DOF 1 of the last node is a mean rotation, which matters only where something holds it."""
+    [node] = deck.nodes_of(block, block.scope, block.joined().fields[-1])[-1:]
+    deck.current.setdefault("mean rotations", {})[node] = block
+    deck.note(f"*MPC MEANROT (line {block.line}) measures a rotation and leaves the body as it is")
+
+
+def refuse_held_rotations(deck: Deck) -> None:
+    """Refuse a mean rotation that something holds: it is no support of single nodes."""
+    for node, block in deck.current.get("mean rotations", {}).items():
+        if node in deck.fixed:
+            block.refuse("MEANROT holds a mean rotation, which no set of supports does; give an interface of kind rbe3")
+
+
+def pretension(deck: Deck, block: Block) -> None:
+    """``*PRE-TENSION SECTION``: the mesh goes on through the section, which stays closed."""
+    deck.note(
+        f"*PRE-TENSION SECTION (line {block.line}): the section is closed, as after tightening, and its force does not "
+        "act; give it by prestress where it stiffens"
+    )
+    for name in ("SURFACE", "NODE", "ELEMENT"):
+        block.options.get(name)
 
 
 def _join(deck: Deck, row: Row, kind: str, node: int, to: int) -> None:

@@ -14,6 +14,8 @@ from modalprep.fe.readers.coverage import Entry, Treatment
 
 MOST = 1_000_000  # elements that one line may make
 SHELL = "The shell is that of theory 7; CalculiX makes solids of shells."
+PLANE = "With a section it is a shell of its thickness, which also bends; the supports 'plane' keep it in its plane."
+SURFACE = "Without a section it is a group of surface cells, with one it is refused."
 BY_MASS = "Its mass has the points of its stiffness, as in CalculiX; where the deck proves to be one of Abaqus, more."
 
 
@@ -83,18 +85,21 @@ TYPES: dict[str, Type] = {
     ),
     "DCOUP3D": _type("coupling", "", "DCOUP3D", "Its node is that of its *DISTRIBUTING COUPLING.", "read"),
     "R3D3, R3D4, RB3D2": _type("rigid", "", "R3D[34]|RB3D2", "Its nodes are those of its *RIGID BODY.", "read"),
-    "CPS3, CPE3, M3D3, SFM3D3": _type(
-        "surface", "triangle", "(CP[SE]|M3D|SFM3D|DC2D)3[HT]?", "Without a section it is a group of surface cells."
-    ),
-    "CPS4, CPE4, M3D4, SFM3D4": _type(
-        "surface", "quad", "(CP[SE]|M3D|SFM3D|DC2D)4[RIHT]?", "Without a section it is a group of surface cells."
-    ),
-    "CPS6, CPE6, M3D6, SFM3D6": _type(
-        "surface", "triangle6", "(CP[SE]|M3D|SFM3D|DC2D)6[MHT]?", "Without a section it is a group of surface cells."
-    ),
-    "CPS8, CPE8, M3D8, SFM3D8": _type(
-        "surface", "quad8", "(CP[SE]|M3D|SFM3D|DC2D)8[RHT]?", "Without a section it is a group of surface cells."
-    ),
+    "CPS3": _type("plane stress", "triangle", "CPS3[HT]?", PLANE),
+    "CPE3, M3D3, SFM3D3": _type("surface", "triangle", "(CPE|M3D|SFM3D|DC2D)3[HT]?", SURFACE),
+    "CPS4": _type("plane stress", "quad", "CPS4[RIHT]?", PLANE),
+    "CPE4, M3D4, SFM3D4": _type("surface", "quad", "(CPE|M3D|SFM3D|DC2D)4[RIHT]?", SURFACE),
+    "CPS6": _type("plane stress", "triangle6", "CPS6[MHT]?", PLANE),
+    "CPE6, M3D6, SFM3D6": _type("surface", "triangle6", "(CPE|M3D|SFM3D|DC2D)6[MHT]?", SURFACE),
+    "CPS8": _type("plane stress", "quad8", "CPS8[RHT]?", PLANE),
+    "CPE8, M3D8, SFM3D8": _type("surface", "quad8", "(CPE|M3D|SFM3D|DC2D)8[RHT]?", SURFACE),
+}
+WITHOUT_COUNTERPART = {  # names: what to do instead
+    "CAX4": ("C?G?AX.*|S?M?AX.*", "It is axisymmetric; mesh the whole body, with C3D8 or S4."),
+    "CONN3D2": ("CONN.*", "Connectors are joints; give the joint in the system."),
+    "GAPUNI": ("GAP.*", "A gap is open or closed; ignore it, or tie its nodes by *MPC or *SPRING."),
+    "Z1": (r"Z\d+", "It is a substructure; read its .mtx file as a body, and join the bodies by [welds]."),
+    "U2": (r"U[2-9]\d*|U1\d+|US\d", "Its matrix comes from a user; read the matrices of the whole body by [matrices]."),
 }
 INCOMPATIBLE = (
     "have incompatible modes here, and no hourglasses: a plate in one layer has its first frequency 0.1 % high, where "
@@ -137,8 +142,9 @@ def elements(deck: Deck, block: Block) -> None:
     known = type_of(given)
     if known is None:
         if block.rows:
-            listed = ", ".join(TYPES)
-            raise block.row().error(f"element type {given!r} has no counterpart here; known are {listed}")
+            why = [text for names, text in WITHOUT_COUNTERPART.values() if re.fullmatch(names, given)]
+            advice = why[0] if why else f"known are {', '.join(TYPES)}"
+            raise block.row().error(f"element type {given!r} has no counterpart here; {advice[0].lower()}{advice[1:]}")
         return
     count = _count(known, given)
     for row in _joined(block.rows, count + 1):
@@ -151,7 +157,8 @@ def user_element(deck: Deck, block: Block) -> None:
     """``*USER ELEMENT``: of CalculiX' beam U1 it says what is known."""
     if block.choice("TYPE") != "U1":
         block.refuse(
-            f"of TYPE={block.options.get('TYPE', '')} is not read, only CalculiX' beam U1 is; use other elements"
+            f"of TYPE={block.options.get('TYPE', '')} is not read, only CalculiX' beam U1 is; read the matrices of a "
+            "body that has user elements by [matrices] or as [body] file"
         )
 
 

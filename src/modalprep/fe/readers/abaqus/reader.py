@@ -14,7 +14,7 @@ from modalprep.fe.mesh.builder import cell_data
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
 from modalprep.fe.readers.abaqus.analysis import cases, load_sets, read_steps
-from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms, turn_rotation_nodes
+from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms, refuse_held_rotations, turn_rotation_nodes
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.dialect import Dialect, spoken
 from modalprep.fe.readers.abaqus.elements import note_others
@@ -27,6 +27,7 @@ from modalprep.suggest import suggestion
 
 ADVICE = "nobody knows whether they carry mass, stiffness or constraints; check the spelling, or model them otherwise"
 BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS"}  # belong to the keyword before
+PLANE = "plane"  # name of the set of supports that keeps plane stress in its plane
 BOUNDARY = "boundary"  # name of the set of supports, and of their group
 KEPT = {("SURFACE", "TYPE"), ("ORIENTATION", "LOCAL DIRECTIONS")}  # parameters that count where something uses them
 POINTS = ("mass", "rotary inertia", "spring")
@@ -80,6 +81,7 @@ def read_abaqus(
                     entry.handle(deck, block)
         _refuse_bare_couplings(deck, blocks)
         _note_bare_points(deck)
+        refuse_held_rotations(deck)
         for block in blocks:
             _skip_unread(deck, block)
         note_others(deck)
@@ -198,7 +200,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         equations=tuple(_equations(deck, place, turning)),
         supports=(supports := _supports(deck, place)),
         loads=load_sets(deck, place),
-        cases=tuple(case for case in cases(deck, tuple(supports)) if not case.is_empty),
+        cases=tuple(case for case in cases(deck, (BOUNDARY,) * (BOUNDARY in supports)) if not case.is_empty),
         data=cell_data(deck.data, deck.cells),
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )
@@ -233,13 +235,17 @@ def _name_supports(deck: Deck) -> None:
 
 
 def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
-    """Return what the deck holds as the set `boundary`."""
-    if not deck.fixed:
-        return {}
-    held = sorted(deck.fixed, key=lambda node: int(place[node]))
-    components = np.array([[c in deck.fixed[node] for c in range(6)] for node in held])
-    axes = np.array([deck.axes.get(node, np.eye(3)) for node in held]) if deck.axes else np.zeros((0, 3, 3))
-    return {BOUNDARY: SupportSet(nodes=place[held], components=components, axes=axes)}
+    """Return what the deck holds as the set `boundary`, and the components that plane stress has not as `plane`."""
+    found = {}
+    if deck.fixed:
+        held = sorted(deck.fixed, key=lambda node: int(place[node]))
+        components = np.array([[c in deck.fixed[node] for c in range(6)] for node in held])
+        axes = np.array([deck.axes.get(node, np.eye(3)) for node in held]) if deck.axes else np.zeros((0, 3, 3))
+        found[BOUNDARY] = SupportSet(nodes=place[held], components=components, axes=axes)
+    if plane := deck.current.get("plane"):
+        across = np.tile([False, False, True, True, True, False], (len(plane), 1))
+        found[PLANE] = SupportSet(nodes=place[list(plane)], components=across, axes=np.array(list(plane.values())))
+    return found
 
 
 def _labels(deck: Deck) -> tuple[np.ndarray, np.ndarray]:

@@ -98,7 +98,14 @@ CONSTRAINTS = {
     "RIGID BODY": Entry(
         "read", "Displacements of CalculiX' ROT NODE are rotations of the reference node.", constraints.rigid_body
     ),
-    "MPC": Entry("read", "BEAM, TIE, PIN, LINK.", constraints.mpc),
+    "MPC": Entry(
+        "read",
+        "BEAM, TIE, PIN, LINK; MEANROT that measures a rotation, while one that holds it is refused.",
+        constraints.mpc,
+    ),
+    "PRE-TENSION SECTION": Entry(
+        "approximated", "The section is closed, as after tightening; its force does not act.", constraints.pretension
+    ),
     "EQUATION": Entry("read", "", constraints.equation),
     "BOUNDARY": Entry(
         "read", "Before the steps and in the first, as supports; a displacement is held at zero.", constraints.boundary
@@ -225,15 +232,10 @@ REFUSED = {
             "CONNECTOR SECTION",
             "CONNECTOR BEHAVIOR",
             "CONNECTOR ELASTICITY",
-            "PRE-TENSION SECTION",
             "UEL PROPERTY",
             "USER SECTION",
-            "MATRIX",
-            "MATRIX INPUT",
             "BUSHING",
             "FLUID SECTION",
-            "MATRIX ASSEMBLE",
-            "SUBSTRUCTURE PROPERTY",
             "ACOUSTIC MEDIUM",
             "JOINT",
             "GAP",
@@ -243,6 +245,12 @@ REFUSED = {
             "CENTROID",
             "SHEAR CENTER",
             "SHELL TO SOLID COUPLING",
+        ),
+        "Matrices of a deck are read by [matrices], a substructure as [body] file.": (
+            "MATRIX",
+            "MATRIX INPUT",
+            "MATRIX ASSEMBLE",
+            "SUBSTRUCTURE PROPERTY",
         ),
         "It carries mass that has no counterpart here.": ("NONSTRUCTURAL MASS", "FIXED MASS SCALING"),
         "It carries constraints that have no counterpart here.": (
@@ -265,7 +273,7 @@ REFUSED = {
     for keyword in keywords
 }
 TYPES = {f"ELEMENT, TYPE={name}": known.entry for name, known in elements.TYPES.items()}
-CONNECTORS = {"ELEMENT, TYPE=CONN3D2": Entry("refused", "Connectors are joints; give the joint in the system.")}
+TYPES |= {f"ELEMENT, TYPE={name}": Entry("refused", why) for name, (_, why) in elements.WITHOUT_COUNTERPART.items()}
 
 REGISTRY: dict[str, Entry] = {
     **GEOMETRY,
@@ -277,6 +285,5 @@ REGISTRY: dict[str, Entry] = {
     **STEPS,
     **REFUSED,
     **TYPES,
-    **CONNECTORS,
     **NO_EFFECT,
 }

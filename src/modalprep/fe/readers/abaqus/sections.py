@@ -21,6 +21,8 @@ def section_set(deck: Deck, block: Block, *families: str) -> tuple[str, list[Key
     keys = deck.elements_of(block, block.scope, name)
     found = {deck.elements[key].family: key for key in keys}
     for family, (_, label) in found.items():
+        if deck.elements[_, label].type.startswith("CPE"):
+            block.refuse(f"of set {name} has plane strain, which no body in space has; mesh the body with solids")
         if family not in families:
             what = f"{deck.elements[_, label].type} element {label}"
             block.refuse(f"of set {name} has the {what}, which is none of {', '.join(families)}; split the set")
@@ -47,8 +49,11 @@ def solid_section(deck: Deck, block: Block) -> None:
     """``*SOLID SECTION`` of volumes, and of trusses with their area."""
     if "COMPOSITE" in block.options:
         block.refuse("with COMPOSITE is not read; mesh the layers, or use shells")
-    family, keys = section_set(deck, block, "solid", "truss")
+    family, keys = section_set(deck, block, "solid", "truss", "plane stress")
     if not keys:
+        return
+    if family == "plane stress":
+        _plane_stress(deck, block, keys)
         return
     if family == "truss":
         area = block.row().real(0, "area", 1.0) * deck.units.length**2
@@ -59,6 +64,23 @@ def solid_section(deck: Deck, block: Block) -> None:
     give(deck, block, Solid(material=material))
     if not isinstance(material, Material):
         _put_frames(deck, block, _axes(deck, block), keys)
+
+
+def _plane_stress(deck: Deck, block: Block, keys: list[Key]) -> None:
+    """Make shells of plane stress elements, and of their nodes supports that keep them in their plane."""
+    material = of_sheet(deck, block, block.option("MATERIAL"))
+    thickness = (block.row().real(0, "thickness", 0.0) or 1.0) * deck.units.length
+    give(deck, block, block.made(Shell, material=material, thickness=thickness))
+    if isinstance(material, Orthotropic):
+        _put_axes(deck, _axes(deck, block), keys)
+    axes = np.array([deck.turned(block.scope, axis) for axis in np.eye(3)])
+    for key in keys:
+        deck.elements[key] = deck.elements[key]._replace(family="shell")
+        deck.current.setdefault("plane", {}).update(dict.fromkeys(deck.elements[key].nodes, axes))
+    deck.note(
+        "plane stress elements are shells of their thickness, which also bend out of their plane; a support by set "
+        "'plane' keeps them in it"
+    )
 
 
 def _put_frames(deck: Deck, block: Block, axes: Orientation | None, keys: list[Key]) -> None:

@@ -209,6 +209,16 @@ def _rigid(b: Builder, element: Element) -> None:
     b.equations.append(Equation.of_terms(terms, length=b.units.length, name=name))
 
 
+def _pretension(b: Builder, element: Element) -> None:
+    """PRETS179: the two nodes on the cut of a bolt move alike."""
+    first, second = b.nodes(element, (0, 1))
+    name = f"PRETS179 element {element.label} (line {element.line})"
+    for component in range(3):
+        terms = [(first, component, 1.0), (second, component, -1.0)]
+        b.equations.append(Equation.of_terms(terms, length=b.units.length, name=name))
+    b.deck.note("PRETS179: the sections are closed, as after tightening, and their force does not act")
+
+
 def _surface(b: Builder, element: Element) -> None:
     """SURF154: loads, unless its constants EFS and ADMSUA give a foundation or a mass."""
     values = b.deck.reals.get(element.real, [])
@@ -257,7 +267,7 @@ ELEMENTS: dict[str, Entry] = {
     "PIPE289": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
     **{f"CONTA{k}": Entry("refused", CONTACT) for k in (171, 172, 173, 174, 175, 176, 177, 178)},
     **{f"TARGE{k}": Entry("refused", CONTACT) for k in (169, 170)},
-    "PRETS179": Entry("refused", "Pretension is not linear."),
+    "PRETS179": Entry("approximated", "The section is closed, as after tightening; no force acts.", _pretension),
     "MATRIX27": Entry("refused", "A matrix of its own cannot be read; give springs and masses."),
     "MATRIX50": Entry("refused", "Superelements cannot be read from a deck."),
     "COMBIN39": Entry("refused", "A nonlinear spring has no stiffness of its own; give COMBIN14."),

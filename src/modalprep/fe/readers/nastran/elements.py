@@ -9,10 +9,13 @@ from itertools import pairwise
 import numpy as np
 
 from modalprep.fe.mesh.cells import CELLS, Cell
+from modalprep.fe.mesh.mesh import Link
+from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Shell
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.properties import bush, flange, rod
+from modalprep.fe.readers.nastran.materials import made
+from modalprep.fe.readers.nastran.properties import bush, bush_mass, flange, rod
 
 NORMAL = 1e-6  # sine of the angle to the normal below which an axis has no direction in a shell
 CHORDS = 16  # of the arc of a CBEND
@@ -202,19 +205,35 @@ def _turned(card: Card, axis: np.ndarray, up: np.ndarray, angle: float) -> np.nd
 
 
 def _bush(b: Builder, card: Card) -> None:
-    if any(card.real(k, "S1, S2, S3", 0.0) for k in (10, 11, 12)):
-        raise card.error("its elastic centre S1, S2, S3 lies off the line; give the location S instead")
     nodes = [b.grids.node(card, 2, "GA")] + ([b.grids.node(card, 3, "GB")] if card.text(3) else [])
     location = card.real(8, "S", 0.5)
     number = card.integer(1, "PID", card.id, lowest=1)
     name = f"pbush_{number}" + (f"_s{location:g}" if location != 0.5 else "")
+    source = b.tables.get("bush", {}).get(number)
     if name not in b.properties and not b.bare:
-        source = b.tables.get("bush", {}).get(number)
         if source is None:
             raise card.error(f"property {number} is not in the deck; add its PBUSH card")
         b.properties[name] = bush(b.conversion, source, location)
     kind = ("vertex", "line")[len(nodes) - 1]
-    b.put("frame", kind, b.cell(card, kind, nodes, name), _bush_axes(b, card, nodes))
+    frame = _bush_axes(b, card, nodes)
+    ends = _bush_ends(b, card, nodes)
+    b.put("frame", kind, b.cell(card, kind, ends, name), frame)
+    if source is not None and (mass := bush_mass(source)):
+        b.properties[f"{name}_mass"] = made(source, PointMass, mass=mass * b.units.inertial / len(nodes))
+        for node in nodes:
+            b.cell(card, "vertex", [node], f"{name}_mass")
+
+
+def _bush_ends(b: Builder, card: Card, nodes: list[int]) -> list[int]:
+    """Return the ends of the springs: new nodes on rigid arms where S1, S2, S3 of OCID place the elastic centre."""
+    system = card.integer(9, "OCID", -1)
+    if system < 0 or b.bare:
+        return nodes
+    [place] = b.grids.system(card, system).to_basic(card.reals(10, 3, "S")[None])
+    ends = [b.point(place) for _ in nodes]
+    for node, end in zip(nodes, ends, strict=True):
+        b.links.append(Link(kind="rbe2", node=node, nodes=np.array([end])))
+    return ends
 
 
 def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:

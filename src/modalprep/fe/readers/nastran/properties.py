@@ -193,9 +193,15 @@ def bush(conversion: Conversion, card: Card, location: float) -> Spring:
         _, kind, *values = card.row(row)
         if kind == "K":
             k = [card.real(8 * row + 2 + i, f"K{i + 1}", 0.0) for i in range(6)]
-        elif kind and any(values):
+        elif kind not in ("", "M") and any(values):
             conversion.note(f"PBUSH: its {kind} row is left out")
     return spring(conversion, card, k, location)
+
+
+def bush_mass(card: Card) -> float:
+    """Return the mass of a PBUSH in units of the deck: that of its M row."""
+    rows = [row for row in range(card.rows) if card.row(row)[1] == "M"]
+    return card.real(8 * rows[0] + 2, "M", 0.0) if rows else 0.0
 
 
 def spring(conversion: Conversion, card: Card, k: list[float], location: float = 0.5) -> Spring:

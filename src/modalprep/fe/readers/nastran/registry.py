@@ -85,7 +85,8 @@ REMARKS = {
     "PSOLID": "IN = 2 is reduced integration of CHEXA with 20 grids; MSC's default, 3 x 3 x 3 points with reduced "
     "shear, is full integration here. CHEXA with 8 grids has incompatible modes.",
     "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
-    "PBUSH": "The K row is read; damping and other rows are left out with a note.",
+    "PBUSH": "The rows K and M are read, half of the mass at each end; others are left out with a note.",
+    "CBUSH": "Also with an elastic centre by OCID, S1, S2, S3.",
     "PTUBE": "A taper is replaced by its mean.",
     "MAT2": "For shells, where it is orthotropic along the material's axes.",
     "PARAM": "WTMASS and COUPMASS are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others do nothing.",
