@@ -9,7 +9,7 @@ import io
 import re
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from modalprep.fe.readers.cad import CAD, read_cad
 from modalprep.fe.readers.deck_format import BY_ENDING, deck_format
 from modalprep.fe.readers.integration import with_integration
 from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
+from modalprep.fe.readers.nastran.builder import Gaps
 from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.universal import read_universal
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
@@ -55,6 +56,7 @@ def read_mesh(
     order: Literal[1, 2] | None = None,
     dialect: Dialect | None = None,
     integration: SolidIntegration | None = None,
+    gaps: Gaps | None = None,
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
@@ -77,8 +79,8 @@ def read_mesh(
         Unit of mass that makes a deck's units consistent with seconds (mm and t, in and slinch, m and kg).
         A deck in metres is taken to be in kg; with any other unit of length it must be given.
     ignore : collection of str
-        Keywords or cards of a deck that are left out, such as ``"*TIE"``, ``"*ELEMENT, TYPE=CONN3D2"`` or ``"CGAP"``; a
-        note counts them.
+        Keywords or cards of a deck that are left out, such as ``"*TIE"``, ``"*ELEMENT, TYPE=CONN3D2"`` or ``"CFAST"``;
+        a note counts them.
     size : float, optional
         For CAD files, which need it: edge of an element, in `length_unit`.
     order : {1, 2}, optional
@@ -87,6 +89,8 @@ def read_mesh(
         Of an .inp deck, for keywords that the two programs take differently; by default what the deck itself proves.
     integration : {"full", "reduced_stiffness", "reduced"}, optional
         Of the 20-node hexahedra of a deck, in place of what it says, as in `Solid`; a note has either.
+    gaps : {"open", "closed"}, optional
+        Of a Nastran deck with CGAP: which stiffness they have.
 
     Returns
     -------
@@ -112,6 +116,9 @@ def read_mesh(
     kind = deck_format(path)
     if dialect is not None and kind != "abaqus":
         raise InputError(f"mesh file {path}: 'dialect' is for decks of Abaqus and CalculiX (.inp); leave it out")
+    if gaps is not None and kind != "nastran":
+        raise InputError(f"mesh file {path}: 'gaps' is for CGAP in decks of Nastran; leave it out")
+    refuse_unknown(gaps or "open", get_args(Gaps), "gaps of a deck:")
     if integration is not None and kind is None:
         raise InputError(f"mesh file {path}: 'integration' is for decks; give that of each solid among the properties")
     refuse_unknown(integration or "full", INTEGRATIONS, "integration of a deck:")
@@ -121,7 +128,7 @@ def read_mesh(
         if given is not None:
             raise InputError(f"mesh file {path}: {name!r} is for CAD files, this mesh has its elements; leave it out")
     if kind is not None:
-        own = (dialect,) if kind == "abaqus" else ()
+        own = {"abaqus": (dialect,), "nastran": (gaps,)}.get(kind, ())
         mesh = _checked(READERS[kind](path, *units, ignore, *own), path)
         return _deck(with_integration(mesh, integration), path, length_unit, mass_unit)
     if ignore:

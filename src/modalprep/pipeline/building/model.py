@@ -49,6 +49,7 @@ def read_pipeline_mesh(source: Loaded) -> Mesh:
         order=table.order,
         dialect=table.dialect,
         integration=table.integration,
+        gaps=table.gaps,
     )
 
 

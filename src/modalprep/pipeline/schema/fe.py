@@ -42,6 +42,9 @@ class MeshTable(Table):
     integration: Literal["full", "reduced_stiffness", "reduced"] | None = Field(
         None, description="of the 20-node hexahedra of a deck; default what the deck says, which a note has"
     )
+    gaps: Literal["open", "closed"] | None = Field(
+        None, description="of a Nastran deck with CGAP: which stiffness they have; refused without"
+    )
     mass: Literal["coupled", "lumped", "nastran"] = Field(
         "coupled",
         description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -16,14 +17,16 @@ from modalprep.fe.readers.nastran.properties import BUILDERS, bar
 from modalprep.fe.readers.nastran.sections import SECTIONS
 from modalprep.fe.readers.units import Units
 
+Gaps = Literal["open", "closed"]
 SECTION_FAMILIES = ("shell", "bar", "beam", "bend", "rod", "tube", "shear", "solid", "bush", "elas")
 
 
 class Builder(MeshBuilder):
     """The mesh under construction, card by card."""
 
-    def __init__(self, tables: Tables, grids: Grids, units: Units) -> None:
+    def __init__(self, tables: Tables, grids: Grids, units: Units, gaps: Gaps | None = None) -> None:
         super().__init__()
+        self.gaps = gaps
         self.tables, self.grids, self.units = tables, grids, units
         self.conversion = Conversion(units, tables.get("material", {}))
         self.bare = not any(tables.get(family) for family in SECTION_FAMILIES)  # a mesh without sections

@@ -15,7 +15,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran import constraints as nastran_constraints
 from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.analysis import add_cases
-from modalprep.fe.readers.nastran.builder import Builder
+from modalprep.fe.readers.nastran.builder import Builder, Gaps
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.handedness import turn_left_handed
@@ -33,7 +33,9 @@ HARMLESS = "they carry no stiffness, mass or constraints"
 IGNORED = "the ignore of this mesh names them"
 
 
-def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str] = ()) -> Mesh:
+def read_nastran(
+    path: Path, length: float, mass: float, ignore: Collection[str] = (), gaps: Gaps | None = None
+) -> Mesh:
     r"""Read a Nastran deck with its sections, rigid elements and constraint sets.
 
     A deck without any property card gives groups without properties. Groups are ``pshell_4``, ``pbar_12``,
@@ -49,6 +51,8 @@ def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str]
     ignore : collection of str
         Names of cards that are left out; those that carry stiffness, mass or constraints and cannot be read are
         refused otherwise.
+    gaps : {"open", "closed"}, optional
+        Which stiffness elements of CGAP have; a deck with some is refused without.
 
     Raises
     ------
@@ -71,32 +75,32 @@ def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str]
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return _mesh_of_parts(
-                path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore}
+                path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore}, gaps
             )
     except ArithmeticError:
         raise InputError(f"{path.name}: its numbers overflow; correct its coordinates and values") from None
 
 
-def _mesh_of_parts(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
+def _mesh_of_parts(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None) -> Mesh:
     parts = sections(deck.cards)
     if len(parts) == 1:
-        mesh = _mesh(path, deck, units, ignore)
+        mesh = _mesh(path, deck, units, ignore, gaps)
     else:
         mesh = read_parts(
-            parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units, ignore)
+            parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units, ignore, gaps)
         )
     if all(kind == "vertex" for kind in mesh.cells):
         raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
     return mesh
 
 
-def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
+def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None) -> Mesh:
     tables, structure, notes = _sorted(deck.cards, ignore)
     if not deck.ended:
         notes.append("the deck has no ENDDATA; if it was cut short, elements are missing")
     notes += unused(deck.cards)
     grids = Grids(path, tables)
-    builder = Builder(tables, grids, replace(units, wtmass=_wtmass(tables)))
+    builder = Builder(tables, grids, replace(units, wtmass=_wtmass(tables)), gaps)
     for card in structure:
         handler = REGISTRY[card.name].handle
         assert handler is not None  # cards that are left out are not structure

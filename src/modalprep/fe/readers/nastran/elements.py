@@ -15,7 +15,7 @@ from modalprep.fe.properties.properties import Shell
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import made
-from modalprep.fe.readers.nastran.properties import bush, bush_mass, flange, rod
+from modalprep.fe.readers.nastran.properties import bush, bush_mass, flange, rod, spring
 
 NORMAL = 1e-6  # sine of the angle to the normal below which an axis has no direction in a shell
 CHORDS = 16  # of the arc of a CBEND
@@ -224,6 +224,28 @@ def _bush(b: Builder, card: Card) -> None:
             b.cell(card, "vertex", [node], f"{name}_mass")
 
 
+def _gap(b: Builder, card: Card) -> None:
+    """CGAP: a spring with the stiffnesses of PGAP for a gap that is open or closed."""
+    if b.gaps is None:
+        raise card.error(
+            "a gap is open or closed: write gaps = 'closed' or gaps = 'open' in [mesh] (read_mesh(gaps=...)), or leave "
+            "it out by ignore = ['CGAP']"
+        )
+    nodes = [b.grids.node(card, k, end) for k, end in ((2, "GA"), (3, "GB"))]
+    number = card.integer(1, "PID", card.id, lowest=1)
+    name = f"pgap_{number}"
+    source = b.tables.get("gap", {}).get(number)
+    if source is None:
+        raise card.error(f"property {number} is not in the deck; add its PGAP card")
+    closed = source.real(3, "KA", 0.0)
+    across = source.real(5, "KT", source.real(6, "MU1", 0.0) * closed)
+    k = [closed, across, across] if b.gaps == "closed" else [source.real(4, "KB", 0.0), 0.0, 0.0]
+    b.conversion.note(f"gaps (CGAP) are {b.gaps}, as asked")
+    if any(k):
+        b.properties[name] = spring(b.conversion, source, [*k, 0.0, 0.0, 0.0])
+        b.put("frame", "line", b.cell(card, "line", nodes, name), _bush_axes(b, card, nodes))
+
+
 def _bush_ends(b: Builder, card: Card, nodes: list[int]) -> list[int]:
     """Return the ends of the springs: new nodes on rigid arms where S1, S2, S3 of OCID place the elastic centre."""
     system = card.integer(9, "OCID", -1)
@@ -248,7 +270,7 @@ def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:
         _turned(card, axis, up, 0.0)
     else:
         up = np.eye(3)[np.argmin(np.abs(axis))]
-        b.conversion.note("CBUSH without CID or orientation: the axes across the line are chosen by the reader")
+        b.conversion.note(f"{card.name} without CID or orientation: the axes across the line are chosen by the reader")
     z = np.cross(axis, up)
     frame = np.array([axis, np.cross(z, axis), z])
     return frame / np.linalg.norm(frame, axis=1, keepdims=True)
@@ -327,5 +349,5 @@ HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
     **dict.fromkeys(SOLIDS, _solid),
     **dict.fromkeys(SHELLS, _shell),
     **{"CBAR": _bar, "CBEAM": _bar, "CROD": _rod, "CONROD": _conrod, "CTUBE": _tube, "CSHEAR": _panel},
-    **{"CBUSH": _bush, "CBEND": _bend},
+    **{"CGAP": _gap, "CBUSH": _bush, "CBEND": _bend},
 }

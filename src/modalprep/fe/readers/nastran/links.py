@@ -22,6 +22,7 @@ from modalprep.fe.readers.nastran.constraints import (
     rigid_link,
     rrod,
 )
+from modalprep.fe.readers.nastran.spline import rspline
 
 SUPPORTS = ("SPC", "SPC1")
 NODE_SETS = ("SUPORT", "SUPORT1", "ASET", "ASET1", "BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1")
@@ -76,6 +77,7 @@ HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
     "RBAR": rbar,
     "RBE1": rbe1,
     "RROD": rrod,
+    "RSPLINE": rspline,
 }
 
 

@@ -61,6 +61,7 @@ FAMILIES = {
     "solid": "PSOLID",
     "bush": "PBUSH",
     "elas": "PELAS",
+    "gap": "PGAP",
     "mass": "PMASS",
 }
 LISTS = (
@@ -87,6 +88,8 @@ REMARKS = {
     "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
     "PBUSH": "The rows K and M are read, half of the mass at each end; others are left out with a note.",
     "CBUSH": "Also with an elastic centre by OCID, S1, S2, S3.",
+    "RSPLINE": "Of a thin tube without Poisson's ratio, which matters where its grids lie on no straight line.",
+    "CGAP": "As a spring, open or closed, as gaps of the mesh says; refused without. Preload is left out.",
     "PTUBE": "A taper is replaced by its mean.",
     "MAT2": "For shells, where it is orthotropic along the material's axes.",
     "PARAM": "WTMASS and COUPMASS are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others do nothing.",
@@ -111,7 +114,20 @@ REMARKS = {
     **dict.fromkeys(analysis.LISTS, "For modalprep init: count and band of modes, damping."),
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
-APPROXIMATED = {"PSOLID", "PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
+APPROXIMATED = {
+    "PSOLID",
+    "PBARL",
+    "PBEAML",
+    "PBEAM",
+    "PTUBE",
+    "CBEND",
+    "PBEND",
+    "CELAS1",
+    "CELAS2",
+    "CSHEAR",
+    "RSPLINE",
+    "CGAP",
+}
 
 QUIET = """
 PLOTEL PLOTEL3 PLOTEL4 DLOAD TLOAD1 TLOAD2 RLOAD1 RLOAD2 LSEQ DAREA TABLED1 TABLED2 TABLED3 TABLED4 TABLEM1 TABLEM2
@@ -131,14 +147,14 @@ AERODYNAMICS = (
 )
 REFUSED = {
     **dict.fromkeys(
-        "CGAP CFAST CWELD CSEAM CBEAM3 CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
+        "CFAST CWELD CSEAM CBEAM3 CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
         "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
         "This element has no counterpart here.",
     ),
     **dict.fromkeys("PBCOMP PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
     **dict.fromkeys(MATRICES.split(), "Matrices of a deck are read by [matrices]."),
     **dict.fromkeys(
-        "MPCY RJOINT RSPLINE RSSCON RTRPLT RTRPLT1 RBAR1 CYJOIN CYAX".split(),
+        "MPCY RJOINT RSSCON RTRPLT RTRPLT1 RBAR1 CYJOIN CYAX".split(),
         "This constraint is not read.",
     ),
     **{name: f"It cannot be read: {remark}." for name, remark in superelements.REFUSED.items()},
