@@ -1,0 +1,268 @@
+"""Derivatives of the inverse dynamics of a tree: one sweep of columns outward, one inward (theory 5.7).
+
+A column of a frame says what one coordinate or speed changes by: the twist of the frame, ``J``; the components of its
+velocity V; and ``b = da - dV x V`` of those of its acceleration a. Where a joint or an interface has no part in a
+change, the columns (J, dV, b) of the next frame are those of the last one, taken to its axes as twists are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.multibody.elements.dense import BodyState, Frame, Point, Scene
+from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.reference.equations import RELATIVE, ground_spin
+from modalprep.multibody.tangents.bodies import BodyForce, body_force
+from modalprep.multibody.tangents.interfaces import interface_motion
+from modalprep.multibody.tangents.spatial import motion_cross, shift, turned_wrench
+from modalprep.vectors import cross, on_both, skew
+
+ONE = np.eye(3)
+NONE = np.zeros((6, 0))
+
+
+class Moving(NamedTuple):
+    """A frame: orientation and place (inertial), velocity and acceleration less gravity, and columns; own axes."""
+
+    R: np.ndarray  # (3, 3)
+    p: np.ndarray  # (3,)
+    V: np.ndarray  # (6,)
+    a: np.ndarray  # (6,) rates of the components of V
+    columns: np.ndarray  # (6, 4 nu): J, dV by coordinates, b by coordinates, b by speeds; dV by speeds is J
+
+    @property
+    def J(self) -> np.ndarray:
+        """Twists by the coordinates (6, nu), and velocities by the speeds."""
+        return self._part(0)
+
+    @property
+    def V_x(self) -> np.ndarray:
+        """Velocities by the coordinates (6, nu)."""
+        return self._part(1)
+
+    def accelerations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (6, nu) of a by the coordinates and by the speeds."""
+        turn = motion_cross(self.V)
+        return self._part(2) - turn @ self.V_x, self._part(3) - turn @ self.J
+
+    def _part(self, k: int) -> np.ndarray:
+        n = self.columns.shape[1] // 4
+        return self.columns[:, k * n : (k + 1) * n]
+
+
+class Crossing(NamedTuple):
+    """The way from one frame to the next one outward, whose own coordinates are `own`."""
+
+    X: np.ndarray  # (6, 6)
+    partial: np.ndarray  # (6, k) axes of the next frame
+    own: slice
+    curvature: Callable[[np.ndarray], np.ndarray] | None = None
+
+
+class Tangents(NamedTuple):
+    """Forces of inverse dynamics (nu,), and their derivatives (nu, nu) by accelerations, speeds and coordinates."""
+
+    force: np.ndarray
+    M: np.ndarray
+    D: np.ndarray
+    K: np.ndarray
+
+
+class TreeTangent:
+    """The tree at a state with accelerations: `add` what acts on it, then `finish`.
+
+    Parameters
+    ----------
+    system : System
+        With the masses of the time.
+    y : (nx + nu,)
+        State.
+    udot : (nu,)
+        Accelerations.
+    motion : (nl, 3)
+        Position, rate and acceleration of prescribed hinges.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.packing.tree import pack
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=np.array([0, -10.0, 0]))
+    >>> found = TreeTangent(arm, pack(arm), np.zeros(4), np.zeros(2), np.zeros((1, 3))).finish()
+    >>> found.force[:1].round(9), found.M[:1, :1].round(6)
+    (array([600.]), array([[400.]]))
+    """
+
+    def __init__(self, system: System, packed: Packed, y: np.ndarray, udot: np.ndarray, motion: np.ndarray) -> None:
+        self.system, self.packed = system, packed
+        self.y, self.udot, self.motion = y, udot, motion
+        nu = self.nu = packed.nu
+        self.found = Tangents(np.zeros(nu), *np.zeros((3, nu, nu)))
+        self.spin = ground_spin(system)
+        self.ground = Moving(
+            ONE,
+            np.zeros(3),
+            np.concatenate([np.zeros(3), self.spin]),
+            np.concatenate([-system.gravity, np.zeros(3)]),
+            np.zeros((6, 4 * nu)),
+        )
+        self.links: list[Moving] = []
+        self.ways: list[tuple[Crossing, ...]] = []
+        self.interfaces: dict[tuple[int, int], tuple[Moving, tuple[Crossing, ...]]] = {}
+        self.carried = [system.bodies[link.body] if link.body else None for link in packed.links]
+        self.rows = packed.model.links
+        for i in range(len(packed.links)):
+            self._outward(i)
+        self.wrench = np.zeros((len(self.links), 6))
+        self.wrench_columns = np.zeros((len(self.links), 6, 3 * nu))  # by coordinates, speeds, accelerations
+        self.inertia = [self._inertia(i) for i in range(len(self.links))]
+
+    def _outward(self, i: int) -> None:
+        """Find the motion of link i."""
+        row = self.rows[i]
+        frame, way, arm = self.ground, (), row["arm"]
+        align = ONE
+        if row["parent"] < len(self.packed.links):
+            frame, way, arm = self._attached(int(row["parent"]), int(row["interface"]), arm)
+            align = self.packed.align(row["parent"])
+        u = int(row["u"])
+        kind = KINDS[row["joint"]]
+        own_x = self.y[row["x"] : row["x"] + kind.coordinates]
+        own, rate, growth = slice(u, u + kind.speeds), self.y[self.packed.nx :], self.udot
+        rate, growth = rate[own], growth[own]
+        if row["joint"] == PRESCRIBED:
+            own_x, rate, growth = (self.motion[i, k : k + 1] for k in range(3))
+        file = "single_axis" if row["joint"] == PRESCRIBED else kind.file
+        moved = RELATIVE[file](row, own_x, rate)
+        base, back = align @ row["rotation"].reshape(3, 3), self.packed.align(i).T
+        turn, place = base @ moved.turn @ back, arm + base @ moved.place
+        S = on_both(back.T) @ moved.S
+        crossing = Crossing(shift(turn, place), S[:, : kind.speeds], own)
+        self.links.append(self._moved(frame, turn, place, crossing, S @ rate, S @ growth))
+        self.ways.append((*way, crossing))
+
+    def _attached(self, link: int, node: int, arm: np.ndarray) -> tuple[Moving, tuple[Crossing, ...], np.ndarray]:
+        """Return the frame on a link that carries another one, the way to it, and the arm that is left."""
+        body = self.carried[link]
+        if body is not None and body.n:
+            return *self.interface(link, node), np.zeros(3)
+        return self.links[link], (), self.packed.align(link) @ arm
+
+    def interface(self, link: int, node: int) -> tuple[Moving, tuple[Crossing, ...]]:
+        """Return the motion of an interface of a link's body, in axes of the interface, and the way to it."""
+        if (link, node) not in self.interfaces:
+            self.interfaces[link, node] = self._interface(link, node)
+        return self.interfaces[link, node]
+
+    def _interface(self, link: int, node: int) -> tuple[Moving, tuple[Crossing, ...]]:
+        body, frame = self.carried[link], self.links[link]
+        if not body.n:
+            r = body.interface_position[node]
+            crossing = Crossing(shift(ONE, r), NONE, slice(0, 0))
+            none = np.zeros(6)
+            return self._moved(frame, ONE, r, crossing, none, none), (crossing,)
+        at = interface_motion(body, node, self.modal(link))
+        crossing = Crossing(shift(at.R, at.r), at.partial, self._modes(link), at.curvature)
+        own = at.twist_q, at.rate_q, at.rate_qd
+        return self._moved(frame, at.R, at.r, crossing, at.twist, at.rate, own), (crossing,)
+
+    def modal(self, link: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return q, q' and q'' of a link's body."""
+        x, own = int(self.rows[link]["xq"]), self._modes(link)
+        n = own.stop - own.start
+        return self.y[x : x + n], self.y[self.packed.nx :][own], self.udot[own]
+
+    def _modes(self, link: int) -> slice:
+        first = int(self.rows[link]["uq"])
+        return slice(first, first + int(self.rows[link]["modes"]))
+
+    def _moved(
+        self,
+        frame: Moving,
+        R: np.ndarray,
+        r: np.ndarray,
+        way: Crossing,
+        twist: np.ndarray,
+        rate: np.ndarray,
+        own: tuple[np.ndarray, ...] | None = None,
+    ) -> Moving:
+        """Return the frame at the end of a way, with its velocity relative to the last one and the rate of that.
+
+        `own` has the derivatives of these: of the velocity by the coordinates, of the rate by coordinates and speeds.
+        """
+        V, a = way.X @ frame.V, way.X @ frame.a
+        columns = way.X @ frame.columns
+        turn = motion_cross(V)
+        V_next = V + twist
+        S = way.partial
+        if S.shape[1]:
+            V_q, a_q, a_qd = own or (0.0, 0.0, 0.0)
+            V_x = turn @ S + V_q
+            a_x = motion_cross(a) @ S + a_q - motion_cross(twist) @ (turn @ S) + turn @ (V_x - turn @ S)
+            onward = motion_cross(V_next)
+            for k, part in enumerate((S, V_x, a_x + onward @ V_x, turn @ S + a_qd + onward @ S)):
+                columns[:, k * self.nu + way.own.start : k * self.nu + way.own.stop] = part
+        return Moving(frame.R @ R, frame.p + frame.R @ r, V_next, a + rate + turn @ twist, columns)
+
+    def _inertia(self, i: int) -> BodyForce | None:
+        body, frame = self.carried[i], self.links[i]
+        if body is None:
+            return None
+        v, w = frame.V[:3], frame.V[3:]
+        own = body_force(body, w, frame.a + np.concatenate([cross(w, v), np.zeros(3)]), self.modal(i))
+        by_spin = own.by_spin - 2 * own.mass[:, :3] @ skew(v) - own.mass[:, 3:6] @ skew(w)
+        by_x, by_u = (
+            own.mass[:, :6] @ frame._part(2 + k) + by_spin @ frame._part(1 - k)[3:] for k in range(2)
+        )
+        columns = np.hstack([by_x, by_u, own.mass[:, :6] @ frame.J])
+        modes = self._modes(i)
+        for k, part in enumerate((own.by_q, own.by_qd, own.mass[:, 6:])):
+            columns[:, k * self.nu + modes.start : k * self.nu + modes.stop] += part
+        self.add_to_body(i, own.force, columns)
+        return own
+
+    def add_to_body(self, link: int, force: np.ndarray, columns: np.ndarray) -> None:
+        """Add a force (6 + n,) of a link's body at its origin, its axes, and its derivatives (6 + n, 3 nu)."""
+        self.wrench[link] += force[:6]
+        self.wrench_columns[link] += columns[:6]
+        self._add_rows(self._modes(link), force[6:], columns[6:])
+
+    def _add_rows(self, rows: slice, force: np.ndarray, columns: np.ndarray) -> None:
+        self.found.force[rows] += force
+        for k, matrix in enumerate((self.found.K, self.found.D, self.found.M)):
+            matrix[rows] += columns[:, k * self.nu : (k + 1) * self.nu]
+
+    def add_to_interface(self, link: int, node: int, wrench: np.ndarray, columns: np.ndarray) -> None:
+        """Add a wrench (6,) on an interface, its axes, and its derivatives (6, 3 nu)."""
+        _, way = self.interface(link, node)
+        self._inward(link, way, wrench, columns)
+
+    def _inward(self, link: int, way: tuple[Crossing, ...], w: np.ndarray, columns: np.ndarray) -> None:
+        """Take a wrench along a way, from its end, to a link; -1: the ground."""
+        for crossing in reversed(way):
+            S, own = crossing.partial, crossing.own
+            if S.shape[1]:
+                self._add_rows(own, S.T @ w, S.T @ columns)
+                if crossing.curvature is not None:
+                    self.found.K[own, own] += crossing.curvature(w)
+                columns = columns.copy()
+                columns[:, own] += turned_wrench(w) @ S
+            w, columns = crossing.X.T @ w, crossing.X.T @ columns
+        if link >= 0:
+            self.wrench[link] += w
+            self.wrench_columns[link] += columns
+
+    def finish(self) -> Tangents:
+        """Return the derivatives of the forces that the accelerations need beyond what was added."""
+        for i in range(len(self.links) - 1, -1, -1):
+            parent = int(self.rows[i]["parent"])
+            link = -1 if parent == len(self.links) else parent
+            self._inward(link, self.ways[i], self.wrench[i], self.wrench_columns[i])
+        return self.found
+
