@@ -10,7 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import AffinePart, Deflected, affine_part, assembled, cross_moment, rest_coordinates
 from modalprep.multibody.tangents.displacement import displacement
-from modalprep.vectors import cross, skew
+from modalprep.vectors import skew
 
 AXES = skew(np.eye(3))  # (3, 3, 3) e_k~
 
@@ -63,7 +63,8 @@ def _part(body: FlexibleBody) -> AffinePart:
 
 def _flexible(body: FlexibleBody, w: np.ndarray, A: np.ndarray, motion: tuple) -> BodyForce:
     part = _part(body)
-    affine, rest = _affine(part, w, A, motion), _rest(part, w, A[3:], motion)
+    field = A[:3], skew(A[3:]) + skew(w) @ skew(w), skew(w)
+    affine, rest = _affine(part, field, motion), _rest(part, field, motion)
     force = affine.force + rest.force
     force[6:] += body.K * motion[0] + body.D * motion[1]
     by_q, by_qd = affine.by_q + rest.by_q, affine.by_qd + rest.by_qd
@@ -72,24 +73,42 @@ def _flexible(body: FlexibleBody, w: np.ndarray, A: np.ndarray, motion: tuple) -
     return BodyForce(force, affine.mass + rest.mass, affine.by_spin + rest.by_spin, by_q, by_qd)
 
 
-def _affine(part: AffinePart, w: np.ndarray, A: np.ndarray, motion: tuple) -> BodyForce:
-    """Return what the particles ``p_r(q)`` of the affine part do."""
+def field_slopes(body: FlexibleBody, g: np.ndarray, gradient: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return the derivative by q (6 + n, n) of the force of a field that is ``g + gradient x`` on a particle at x.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=1)
+    >>> found = field_slopes(body, np.zeros(3), -np.eye(3), np.zeros(1))
+    >>> bool(np.allclose(found[:3, 0], -body.S[:, 0]))
+    True
+    """
+    part, field, none = _part(body), (g, gradient, np.zeros((3, 3))), np.zeros(len(q))
+    return _affine(part, field, (q, none, none)).by_q + _rest(part, field, (q, none, none)).by_q
+
+
+def _affine(part: AffinePart, field: tuple, motion: tuple) -> BodyForce:
+    """Return what the particles ``p_r(q)`` of the affine part do.
+
+    A particle at x in the body accelerates by ``a + S x + 2 W x' + x''``; the field is a, S, W.
+    """
     n = part.B.shape[2]
     moved = displacement(part.B.reshape(12, n), part.Kg_p.reshape(12, n, n), part.strain.ravel(), motion)
     p, pd = part.p0 + moved.p.reshape(3, 4), moved.rate.reshape(3, 4)
     dp = moved.dp.reshape(3, 4, n)
-    W, S = skew(w), skew(A[3:]) + skew(w) @ skew(w)
+    a, S, W = field
     rate_q, turned = moved.rate_q.reshape(3, 4 * n), moved.dp.reshape(3, 4 * n)
     acc = S @ p + 2 * W @ pd + moved.acceleration.reshape(3, 4)
-    acc[:, 0] += part.root_mass * A[:3]
+    acc[:, 0] += part.root_mass * a
     acc_q = (S @ turned + 2 * W @ rate_q).reshape(12, n) + moved.acceleration_q
     acc_qd = 2 * (W @ turned).reshape(12, n) + moved.acceleration_qd
-    acc_w = np.stack([-skew(W @ a) - W @ skew(a) - 2 * skew(b) for a, b in zip(p.T, pd.T, strict=True)], 1)
+    acc_w = np.stack([-skew(W @ x) - W @ skew(x) - 2 * skew(v) for x, v in zip(p.T, pd.T, strict=True)], 1)
     acc_w = acc_w.reshape(12, 3)
-    onto = np.vstack([np.zeros((3, 12)), np.stack([skew(a) for a in p.T], 2).reshape(3, 12), moved.dp.T])
+    onto = np.vstack([np.zeros((3, 12)), np.stack([skew(x) for x in p.T], 2).reshape(3, 12), moved.dp.T])
     onto[[0, 1, 2], [0, 4, 8]] = part.root_mass
     by_q = onto @ acc_q
-    by_q[3:6] -= np.einsum("rac,crn->an", np.stack([skew(a) for a in acc.T]), dp)
+    by_q[3:6] -= np.einsum("rac,crn->an", np.stack([skew(x) for x in acc.T]), dp)
     by_q[6:] += moved.curvature(acc.ravel())
     at = np.zeros((n, n))
     moments = Deflected(p, dp, part.root_mass * p[:, 0], p @ p.T, part.root_mass * dp[:, 0], *_products(p, dp), at, at)
@@ -103,14 +122,14 @@ def _products(p: np.ndarray, dp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.einsum("arn,br->abn", dp, p), flat.T @ flat
 
 
-def _rest(part: AffinePart, w: np.ndarray, alpha: np.ndarray, motion: tuple) -> BodyForce:
-    """Return what the rest of the motion, ``phi' eta(q)``, does."""
+def _rest(part: AffinePart, field: tuple, motion: tuple) -> BodyForce:
+    """Return what the rest of the motion, ``phi' eta(q)``, does; arguments as `_affine`."""
     q, qd, qdd = motion
     n = len(q)
     eta, slope = rest_coordinates(part, q)
     growing, rising = (part.c @ qd, part.c @ qdd) if part.c.size else np.zeros((2, n, n))
     etad, etadd = slope @ qd, slope @ qdd + growing @ qd
-    W, S = skew(w), skew(alpha) + skew(w) @ skew(w)
+    _, S, W = field
     P = part.P_rest
     Pe, Pd, Pdd = P @ eta, P @ etad, P @ etadd  # (3, 3, n)
     by_eta, by_etad = (np.tensordot(X, P, 2) for X in (S, 2 * W))  # (n, n)

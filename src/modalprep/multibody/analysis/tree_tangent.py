@@ -8,12 +8,15 @@ change, the columns (J, dV, b) of the next frame are those of the last one, take
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from modalprep.multibody.elements.dense import BodyState, Frame, Point, Scene
+from modalprep.multibody.elements.slopes import BodySlopes, EndSlopes, turning
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
+from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.reference.equations import RELATIVE, ground_spin
@@ -99,9 +102,9 @@ class TreeTangent:
     (array([600.]), array([[400.]]))
     """
 
-    def __init__(self, system: System, packed: Packed, y: np.ndarray, udot: np.ndarray, motion: np.ndarray) -> None:
+    def __init__(self, system: System, packed: Packed, y: np.ndarray, udot: np.ndarray, motion: np.ndarray, t: float = 0.0) -> None:
         self.system, self.packed = system, packed
-        self.y, self.udot, self.motion = y, udot, motion
+        self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
         self.found = Tangents(np.zeros(nu), *np.zeros((3, nu, nu)))
         self.spin = ground_spin(system)
@@ -257,6 +260,80 @@ class TreeTangent:
         if link >= 0:
             self.wrench[link] += w
             self.wrench_columns[link] += columns
+
+    @cached_property
+    def scene(self) -> Scene:
+        """What elements read: motion relative to the ground; `c` of bodies and points is their acceleration."""
+        states = {link.body: self._seen(i) for i, link in enumerate(self.packed.links) if link.body}
+        return Scene(self.system, states, self._point, self.t)
+
+    def _seen(self, i: int) -> BodyState:
+        frame = self.links[i]
+        q, qd, _ = self.modal(i)
+        V = frame.V - self._carried(frame)
+        A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), np.zeros(3)])
+        return BodyState(frame.R, frame.p, V, frame.J, A, self.carried[i], q, qd, self._modes(i))
+
+    def _carried(self, frame: Moving) -> np.ndarray:
+        """Return the velocity (6,) of the ground where a frame is, in its axes."""
+        return np.concatenate([frame.R.T @ cross(self.spin, frame.p), frame.R.T @ self.spin])
+
+    def _point(self, body: str, node: int) -> Point:
+        frame, _ = self.interface(self.packed.link_of(body), node)
+        world = on_both(frame.R)
+        V = world @ (frame.V - self._carried(frame))
+        return Point(Frame(frame.p, frame.R, V[:3], V[3:]), world @ frame.J, world @ frame.a)
+
+    def add_ends(self, load: EndSlopes) -> None:
+        """Add what an element does to its ends."""
+        ends = [locate(self.system.bodies, end, end) for end in load.ends]
+        moving = [k for k, end in enumerate(ends) if end is not None]
+        places = [(self.packed.link_of(ends[k][0]), ends[k][1]) for k in moving]
+        frames = [self.interface(*place)[0] for place in places]
+        rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in moving])
+        pose = np.vstack([on_both(frame.R) @ frame.J for frame in frames])
+        rate = np.vstack([on_both(frame.R) @ self._seen_rates(frame) for frame in frames])
+        by_pose, by_rate = load.by_pose[np.ix_(rows, rows)], load.by_rate[np.ix_(rows, rows)]
+        columns = np.hstack([by_pose @ pose + by_rate @ rate, by_rate @ pose, np.zeros((len(rows), self.nu))])
+        for k, (place, frame) in enumerate(zip(places, frames, strict=True)):
+            own = slice(6 * k, 6 * k + 6)
+            wrench, back = load.wrench[rows][own], on_both(frame.R.T)
+            columns[own, : self.nu] -= turning(wrench)[:, 3:] @ pose[own][3:]
+            self.add_to_interface(*place, -back @ wrench, -back @ columns[own])
+
+    def _seen_rates(self, frame: Moving) -> np.ndarray:
+        """Return the derivative by the coordinates of a velocity relative to the ground, inertial, in a frame's axes."""
+        V = frame.V - self._carried(frame)
+        found = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
+        return found + turning(V)[:, 3:] @ frame.J[3:]
+
+    def add_body(self, load: BodySlopes) -> None:
+        """Add what an element does to a body."""
+        i = self.packed.link_of(load.body)
+        frame, nu, modes = self.links[i], self.nu, self._modes(i)
+        n = 6 + modes.stop - modes.start
+        by_rate, by_acceleration = (X + np.zeros((n, 6)) for X in (load.by_rate, load.by_acceleration))
+        seen = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
+        by_x, by_u = self._acceleration_slopes(frame)
+        columns = np.hstack([
+            load.by_pose @ frame.J + by_rate @ seen + by_acceleration @ by_x,
+            by_rate @ frame.J + by_acceleration @ by_u,
+            by_acceleration @ frame.J,
+        ])
+        columns[:, modes] += load.by_q
+        self.add_to_body(i, -load.force, -columns)
+
+    def _acceleration_slopes(self, frame: Moving) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (6, nu) of the acceleration of a frame's origin, and its angular one, its axes."""
+        v, w = skew(frame.V[:3]), skew(frame.V[3:])
+        found = []
+        for k in range(2):
+            part = frame._part(2 + k).copy()
+            spin = frame._part(1 - k)[3:]
+            part[:3] -= 2 * v @ spin
+            part[3:] -= w @ spin
+            found.append(part)
+        return found[0], found[1]
 
     def finish(self) -> Tangents:
         """Return the derivatives of the forces that the accelerations need beyond what was added."""
