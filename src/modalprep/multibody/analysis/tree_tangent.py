@@ -41,19 +41,23 @@ class Moving(NamedTuple):
     @property
     def J(self) -> np.ndarray:
         """Twists by the coordinates (6, nu), and velocities by the speeds."""
-        return self._part(0)
+        return self.part(0)
 
     @property
     def V_x(self) -> np.ndarray:
         """Velocities by the coordinates (6, nu)."""
-        return self._part(1)
+        return self.part(1)
 
-    def accelerations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives (6, nu) of a by the coordinates and by the speeds."""
-        turn = motion_cross(self.V)
-        return self._part(2) - turn @ self.V_x, self._part(3) - turn @ self.J
+    def acceleration_slopes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (6, nu) of the acceleration of the origin, and the angular one, by x and by u."""
+        v, w = skew(self.V[:3]), skew(self.V[3:])
+        found = self.part(2).copy(), self.part(3).copy()
+        for slopes, spin in zip(found, (self.V_x[3:], self.J[3:]), strict=True):
+            slopes[:3] -= 2 * v @ spin
+            slopes[3:] -= w @ spin
+        return found
 
-    def _part(self, k: int) -> np.ndarray:
+    def part(self, k: int) -> np.ndarray:
         n = self.columns.shape[1] // 4
         return self.columns[:, k * n : (k + 1) * n]
 
@@ -102,7 +106,9 @@ class TreeTangent:
     (array([600.]), array([[400.]]))
     """
 
-    def __init__(self, system: System, packed: Packed, y: np.ndarray, udot: np.ndarray, motion: np.ndarray, t: float = 0.0) -> None:
+    def __init__(
+        self, system: System, packed: Packed, y: np.ndarray, udot: np.ndarray, motion: np.ndarray, t: float = 0.0
+    ) -> None:
         self.system, self.packed = system, packed
         self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
@@ -175,6 +181,11 @@ class TreeTangent:
         own = at.twist_q, at.rate_q, at.rate_qd
         return self._moved(frame, at.R, at.r, crossing, at.twist, at.rate, own), (crossing,)
 
+    def on_ground(self, position: np.ndarray) -> Moving:
+        """Return the motion of a point of the ground."""
+        crossing = Crossing(shift(ONE, position), NONE, slice(0, 0))
+        return self._moved(self.ground, ONE, position, crossing, np.zeros(6), np.zeros(6))
+
     def modal(self, link: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, q' and q'' of a link's body."""
         x, own = int(self.rows[link]["xq"]), self._modes(link)
@@ -219,9 +230,9 @@ class TreeTangent:
             return None
         v, w = frame.V[:3], frame.V[3:]
         own = body_force(body, w, frame.a + np.concatenate([cross(w, v), np.zeros(3)]), self.modal(i))
-        by_spin = own.by_spin - 2 * own.mass[:, :3] @ skew(v) - own.mass[:, 3:6] @ skew(w)
         by_x, by_u = (
-            own.mass[:, :6] @ frame._part(2 + k) + by_spin @ frame._part(1 - k)[3:] for k in range(2)
+            own.mass[:, :6] @ slopes + own.by_spin @ spin
+            for slopes, spin in zip(frame.acceleration_slopes(), (frame.V_x[3:], frame.J[3:]), strict=True)
         )
         columns = np.hstack([by_x, by_u, own.mass[:, :6] @ frame.J])
         modes = self._modes(i)
@@ -302,7 +313,7 @@ class TreeTangent:
             self.add_to_interface(*place, -back @ wrench, -back @ columns[own])
 
     def _seen_rates(self, frame: Moving) -> np.ndarray:
-        """Return the derivative by the coordinates of a velocity relative to the ground, inertial, in a frame's axes."""
+        """Return how a velocity relative to the ground, inertial axes, changes by the coordinates; axes of the frame."""
         V = frame.V - self._carried(frame)
         found = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
         return found + turning(V)[:, 3:] @ frame.J[3:]
@@ -310,30 +321,20 @@ class TreeTangent:
     def add_body(self, load: BodySlopes) -> None:
         """Add what an element does to a body."""
         i = self.packed.link_of(load.body)
-        frame, nu, modes = self.links[i], self.nu, self._modes(i)
+        frame, modes = self.links[i], self._modes(i)
         n = 6 + modes.stop - modes.start
         by_rate, by_acceleration = (X + np.zeros((n, 6)) for X in (load.by_rate, load.by_acceleration))
         seen = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
-        by_x, by_u = self._acceleration_slopes(frame)
-        columns = np.hstack([
-            load.by_pose @ frame.J + by_rate @ seen + by_acceleration @ by_x,
-            by_rate @ frame.J + by_acceleration @ by_u,
-            by_acceleration @ frame.J,
-        ])
+        by_x, by_u = frame.acceleration_slopes()
+        columns = np.hstack(
+            [
+                load.by_pose @ frame.J + by_rate @ seen + by_acceleration @ by_x,
+                by_rate @ frame.J + by_acceleration @ by_u,
+                by_acceleration @ frame.J,
+            ]
+        )
         columns[:, modes] += load.by_q
         self.add_to_body(i, -load.force, -columns)
-
-    def _acceleration_slopes(self, frame: Moving) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives (6, nu) of the acceleration of a frame's origin, and its angular one, its axes."""
-        v, w = skew(frame.V[:3]), skew(frame.V[3:])
-        found = []
-        for k in range(2):
-            part = frame._part(2 + k).copy()
-            spin = frame._part(1 - k)[3:]
-            part[:3] -= 2 * v @ spin
-            part[3:] -= w @ spin
-            found.append(part)
-        return found[0], found[1]
 
     def finish(self) -> Tangents:
         """Return the derivatives of the forces that the accelerations need beyond what was added."""
@@ -342,4 +343,3 @@ class TreeTangent:
             link = -1 if parent == len(self.links) else parent
             self._inward(link, self.ways[i], self.wrench[i], self.wrench_columns[i])
         return self.found
-

@@ -9,6 +9,7 @@ import numpy as np
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
+from modalprep.multibody.elements.slopes import EndSlopes, opposite, stacked
 from modalprep.multibody.kernels.algebra.matrices import UNIT9
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
@@ -122,4 +123,22 @@ def dense(load: AxialSpring, scene: Scene) -> DenseLoads:
     return DenseLoads((a.J - b.J)[:3].T @ (tension * along), -other * rate, stored, 0.0)
 
 
-KIND = ElementKind(AxialSpring, pack, apply, dense, channels=("length", "tension"), observe=observe, implicit=implicit)
+def tangent(load: AxialSpring, scene: Scene) -> EndSlopes:
+    """Return the forces with their derivatives; none where the spring is slack, or has no direction."""
+    a, b = (scene.end(end, load.position).frame for end in load.between)
+    apart, moving = b.position - a.position, b.velocity - a.velocity
+    length = float(np.linalg.norm(apart))
+    along = apart / length if length > 0 else apart
+    other = load.damping * (along @ moving) + value_at(load.actuator_force, scene.t)
+    tension = load.stiffness * (length - load.free_length) + other
+    if not length > 0 or (load.tension_only and (length < load.free_length or tension < 0)):
+        return EndSlopes(load.between, *stacked(2))
+    across = (np.eye(3) - np.outer(along, along)) / length
+    by_place = np.outer(along, load.stiffness * along + load.damping * across @ moving) + tension * across
+    by_speed = load.damping * np.outer(along, along)
+    return EndSlopes(load.between, *opposite(-tension * along, -by_place, -by_speed))
+
+
+KIND = ElementKind(
+    AxialSpring, pack, apply, dense, tangent, channels=("length", "tension"), observe=observe, implicit=implicit
+)

@@ -10,6 +10,7 @@ import scipy
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
+from modalprep.multibody.elements.slopes import EndSlopes
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     product_transposed,
@@ -32,6 +33,7 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
 from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.model.loads import Bushing
 from modalprep.multibody.packing.tree import rows
+from modalprep.vectors import cross as cross_product
 from modalprep.vectors import skew
 
 ROW = np.dtype(
@@ -47,6 +49,7 @@ ROW = np.dtype(
 )
 SMALL = 1e-2  # rad: below, the series of the rotation vector is exact to round-off
 NO_AXIS = 1e-8
+BENT = 0.1  # rad: below, the series of the derivative of the rotation vector is
 
 
 def pack(packer: Packer, loads: Sequence[Bushing]) -> np.recarray:
@@ -179,4 +182,57 @@ def dense(load: Bushing, scene: Scene) -> DenseLoads:
     return DenseLoads(f, power, stored, 0.0)
 
 
-KIND = ElementKind(Bushing, pack, apply, dense, implicit=implicit)
+def tangent(load: Bushing, scene: Scene) -> EndSlopes:
+    """Return the forces with their derivatives, made in axes of the first frame."""
+    a, b = (scene.end(end, load.position, load.rotation).frame for end in load.between)
+    to_a = a.rotation.T
+    r, v = to_a @ (b.position - a.position), to_a @ (b.velocity - a.velocity)
+    spin, w = to_a @ a.angular_velocity, to_a @ (b.angular_velocity - a.angular_velocity)
+    x = scipy.spatial.transform.Rotation.from_matrix(to_a @ b.rotation @ load.free_rotation.T).as_rotvec()
+    k, c = load.stiffness, load.damping
+    moment, by_turn = _moment(x, k[3:])
+    F = -k[:3] * (r - load.free_position) - c[:3] * (v + cross_product(r, spin))
+    M = moment - c[3:] * w
+    turn, apart, turned = _relative(to_a)
+    dr = apart + skew(r) @ turn  # of r by displacements and rotations, of its rate by velocities and spins
+    dv = (skew(v) + skew(r) @ skew(spin)) @ turn - skew(spin) @ dr
+    dF, dM = -k[:3, None] * dr - c[:3, None] * dv, by_turn @ turned - c[3:, None] * (skew(w) @ turn)
+    wrench = np.concatenate([-F, -M - cross_product(r, F), F, M])
+    by_pose = np.vstack([-dF, -dM - skew(r) @ dF + skew(F) @ dr, dF, dM])
+    by_pose -= np.vstack([skew(part) for part in wrench.reshape(4, 3)]) @ turn
+    dF, dM = -c[:3, None] * dr, -c[3:, None] * turned
+    by_rate = np.vstack([-dF, -dM - skew(r) @ dF, dF, dM])
+    out = scipy.linalg.block_diag(*[a.rotation] * 4)
+    return EndSlopes(load.between, out @ wrench, out @ by_pose, out @ by_rate)
+
+
+def _relative(to_a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return, by twists of both ends (3, 12): rotation of the first, what the second shifts and turns against it."""
+    none = np.zeros((3, 3))
+    return (
+        np.hstack([none, to_a, none, none]),
+        np.hstack([-to_a, none, to_a, none]),
+        np.hstack([none, -to_a, none, to_a]),
+    )
+
+
+def _moment(x: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the moment of springs k against a rotation vector x, and its derivative by small rotations (3, 3).
+
+    With ``x' = (1 - x~ / 2 + g x~ x~) w`` of an angular velocity w it is ``-(1 + x~ / 2 + g x~ x~) k x``.
+    """
+    angle = float(np.linalg.norm(x))
+    if angle < BENT:
+        g = 1 / 12 + angle**2 / 720 + angle**4 / 30240 + angle**6 / 1209600
+        slope = 1 / 360 + angle**2 / 7560 + angle**4 / 201600 + angle**6 / 5987520  # g' / angle
+    else:
+        cot = 1 / np.tan(angle / 2)
+        g = 1 / angle**2 - cot / (2 * angle)
+        slope = ((1 + cot**2) / (4 * angle) + cot / (2 * angle**2) - 2 / angle**3) / angle
+    X, m = skew(x), -k * x
+    to_rate = np.eye(3) - X / 2 + g * X @ X
+    by_x = -to_rate.T * k - skew(m) / 2 + slope * np.outer(X @ X @ m, x) - g * (skew(X @ m) + X @ skew(m))
+    return to_rate.T @ m, by_x @ to_rate
+
+
+KIND = ElementKind(Bushing, pack, apply, dense, tangent, implicit=implicit)

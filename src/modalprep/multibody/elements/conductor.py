@@ -12,6 +12,7 @@ from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, value_at, wrench_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, Packer
+from modalprep.multibody.elements.slopes import EndSlopes, stacked
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     dot3,
@@ -19,8 +20,9 @@ from modalprep.multibody.kernels.algebra.tuples import (
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
 from modalprep.multibody.kernels.loads.gravity import conductor_leg
 from modalprep.multibody.kernels.time_tables import value
-from modalprep.multibody.model.environment import Conductor
+from modalprep.multibody.model.environment import Conductor, Orbit
 from modalprep.multibody.packing.tree import rows
+from modalprep.vectors import cross, skew
 
 ROW = np.dtype([("current", np.int64), ("first", np.int64), ("end", np.int64)])  # function of time; its segments
 SEGMENT = np.dtype([*TWO_ENDS])
@@ -88,20 +90,44 @@ def dense(load: Conductor, scene: Scene) -> DenseLoads:
     orbit, total = scene.system.orbit, scene.nothing
     if orbit is None or orbit.dipole is None:
         return total
-    d = orbit.dipole
-    u = orbit.argument_of_latitude + orbit.rate * scene.t
-    to_orbit = scipy.spatial.transform.Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])
-    turn = d.longitude + orbit.planet_spin * scene.t
-    north = to_orbit.inv().apply(scipy.spatial.transform.Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
     for ends in load.segments:
         a, b = (scene.end(end) for end in ends)
-        r = (a.frame.position + b.frame.position) / 2 + [orbit.radius, 0, 0]
-        R = np.linalg.norm(r)
-        B = d.strength * (d.radius / R) ** 3 * (north - 3 * (north @ r) * r / R**2)
+        B, _ = _field(orbit, scene.t, (a.frame.position + b.frame.position) / 2)
         f = value_at(load.current, scene.t) * np.cross(b.frame.position - a.frame.position, B)
         for point in (a, b):
             total = plus(total, wrench_at(point, f / 2, np.zeros(3)))
     return total
 
 
-KIND = ElementKind(Conductor, pack, apply, dense, channels=("current", "emf"), observe=observe)
+def _field(orbit: Orbit, t: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the field of the dipole at x, T, and its derivative by the place (3, 3)."""
+    d = orbit.dipole
+    u = orbit.argument_of_latitude + orbit.rate * t
+    to_orbit = scipy.spatial.transform.Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])
+    turn = d.longitude + orbit.planet_spin * t
+    north = to_orbit.inv().apply(scipy.spatial.transform.Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
+    r = x + np.array([orbit.radius, 0, 0])
+    R = np.linalg.norm(r)
+    n, size = r / R, d.strength * (d.radius / R) ** 3
+    along = north @ n
+    slope = np.outer(north, n) + np.outer(n, north) + along * np.eye(3) - 5 * along * np.outer(n, n)
+    return size * (north - 3 * along * n), -3 * size / R * slope
+
+
+def tangent(load: Conductor, scene: Scene) -> EndSlopes:
+    """Return the forces with their derivatives."""
+    orbit = scene.system.orbit
+    ends = [end for pair in load.segments for end in pair]
+    wrench, by_pose, by_rate = stacked(len(ends))
+    half = 0.0 if orbit is None or orbit.dipole is None else value_at(load.current, scene.t) / 2
+    for k, pair in enumerate(load.segments if half else ()):
+        a, b = (scene.end(end).frame.position for end in pair)
+        B, slope = _field(orbit, scene.t, (a + b) / 2)
+        for one in (12 * k, 12 * k + 6):
+            wrench[one : one + 3] = half * cross(b - a, B)
+            for other, sign in ((12 * k, -1.0), (12 * k + 6, 1.0)):
+                by_pose[one : one + 3, other : other + 3] = half * (skew(b - a) @ slope / 2 - sign * skew(B))
+    return EndSlopes(ends, wrench, by_pose, by_rate)
+
+
+KIND = ElementKind(Conductor, pack, apply, dense, tangent, channels=("current", "emf"), observe=observe)

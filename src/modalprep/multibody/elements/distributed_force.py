@@ -11,6 +11,7 @@ from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, value_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.elements.slopes import BodySlopes
 from modalprep.multibody.kernels.algebra.matrices import (
     UNIT9,
     times,
@@ -132,4 +133,26 @@ def dense(load: DistributedForce, scene: Scene) -> DenseLoads:
     return DenseLoads(f, power, 0.0, 0.0)
 
 
-KIND = ElementKind(DistributedForce, pack, apply, dense)
+def tangent(load: DistributedForce, scene: Scene) -> BodySlopes:
+    """Return the forces with their derivatives: they turn with the body, or not at all, and their points move."""
+    s = scene.states[load.body]
+    inertial = load.axes != "body"
+    forces = value_at(load.factor, scene.t) * load.force @ (s.R if inertial else np.eye(3))
+    modes = np.einsum("pai,pb->abi", s.body.shape, forces)  # sum phi_a F_b
+    moments = s.body.points.T @ forces + modes @ s.q  # sum x_a F_b
+    total = forces.sum(axis=0)
+    by_pose = np.zeros((6 + s.body.n, 6))
+    for k, axis in enumerate(inertial * skew(np.eye(3))):
+        turned = np.einsum("abi,bc->aci", modes, axis)
+        by_pose[:, 3 + k] = np.concatenate([total @ axis, _torque(moments @ axis), np.einsum("aai->i", turned)])
+    by_q = np.concatenate([np.zeros((3, s.body.n)), _torque(modes), np.zeros((s.body.n, s.body.n))])
+    force = np.concatenate([total, _torque(moments), np.einsum("aai->i", modes)])
+    return BodySlopes(load.body, force, by_pose, by_q=by_q)
+
+
+def _torque(X: np.ndarray) -> np.ndarray:
+    """Return the torque of ``X = sum x_a F_b (3, 3, ...)``."""
+    return np.stack([X[1, 2] - X[2, 1], X[2, 0] - X[0, 2], X[0, 1] - X[1, 0]])
+
+
+KIND = ElementKind(DistributedForce, pack, apply, dense, tangent)

@@ -12,6 +12,7 @@ from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.elements.slopes import EndSlopes, stacked, turning
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
@@ -106,4 +107,21 @@ def dense(load: ExpelledGas, scene: Scene) -> DenseLoads:
     return total
 
 
-KIND = ElementKind(ExpelledGas, pack, apply, dense)
+def tangent(load: ExpelledGas, scene: Scene) -> EndSlopes:
+    """Return the forces with their derivatives: the thrust turns with the exit, Coriolis forces follow velocities."""
+    way = load.flow_points
+    wrench, by_pose, by_rate = stacked(len(way))
+    frames = [scene.end(point).frame for point in way]
+    thrust = np.concatenate([-load.thrust(scene.t) * (frames[-1].rotation @ load.axis), np.zeros(3)])
+    wrench[-6:], by_pose[-6:, -6:] = thrust, turning(thrust)
+    flow = load.flow(scene.t)
+    for k in range(len(way) - 1):
+        ends = first, second = [slice(6 * j, 6 * j + 3) for j in (k, k + 1)]
+        for end in ends:
+            wrench[end] += flow * (frames[k].velocity - frames[k + 1].velocity)
+            by_rate[end, first] += flow * np.eye(3)
+            by_rate[end, second] -= flow * np.eye(3)
+    return EndSlopes(way, wrench, by_pose, by_rate)
+
+
+KIND = ElementKind(ExpelledGas, pack, apply, dense, tangent)

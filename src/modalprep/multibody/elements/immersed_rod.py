@@ -11,6 +11,7 @@ from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.elements.slopes import BodySlopes
 from modalprep.multibody.kernels.algebra.matrices import (
     times,
     transposed_times,
@@ -221,4 +222,45 @@ def dense(load: ImmersedRod, scene: Scene) -> DenseLoads:
     return DenseLoads(f, float(power), float(stored), float(potential), mass)
 
 
-KIND = ElementKind(ImmersedRod, pack, apply, dense, adds_mass=True)
+def tangent(load: ImmersedRod, scene: Scene) -> BodySlopes:
+    """Return the sum of strips with its derivatives."""
+    body = scene.states[load.body].body
+    strips = [_strip(load, scene, x, weight) for x, weight in GAUSS]
+    force, *slopes = (sum(each) for each in zip(*strips, strict=True))
+    none = np.zeros((body.n, 6))
+    return BodySlopes(load.body, np.append(force, none[:, 0]), *(np.vstack([slope, none]) for slope in slopes))
+
+
+def _strip(load: ImmersedRod, scene: Scene, x: float, weight: float) -> tuple[np.ndarray, ...]:
+    """Return the force (6,) of a strip on its body, and its derivatives (6, 6) by pose, velocity and acceleration."""
+    s, water = scene.states[load.body], load.water
+    g, up, spin = s.R.T @ scene.system.gravity, s.R.T @ water.up, skew(s.V[3:])
+    first, last = end_positions(s.body, load)
+    axis = (last - first) / np.linalg.norm(last - first)
+    across = np.eye(3) - np.outer(axis, axis)
+    r = first + x * (last - first)
+    lever = np.hstack([np.eye(3), -skew(r)])
+    current, shear = (s.R.T @ c for c in water.sheared(water.surface - float(water.up @ (s.p + s.R @ r))))
+    drag, by_slip = _drag(load, axis, lever @ s.V - current)
+    fall = lever @ s.c + spin @ spin @ r + g
+    by_place = np.outer(by_slip @ shear, up @ lever)
+    by_place[:, 3:] -= by_slip @ skew(current) + (load.added * across + load.displaced * np.eye(3)) @ skew(g)
+    by_speed = by_slip @ lever
+    by_speed[:, 3:] += load.added * across @ (skew(spin @ r) + spin @ skew(r))
+    work = weight * np.linalg.norm(last - first) * lever.T
+    f = drag - load.added * across @ fall - load.displaced * g
+    return work @ f, work @ by_place, work @ by_speed, -load.added * work @ across @ lever
+
+
+def _drag(load: ImmersedRod, axis: np.ndarray, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the drag of a unit length and its derivative by the velocity of the rod in the water."""
+    ahead = axis @ slip
+    across = np.eye(3) - np.outer(axis, axis)
+    beside = across @ slip
+    speed = float(np.linalg.norm(beside))
+    drag = -load.normal * speed * beside - load.tangential * abs(ahead) * ahead * axis
+    slope = speed * across + (np.outer(beside, beside) / speed if speed > 0 else 0.0)
+    return drag, -load.normal * slope - 2 * load.tangential * abs(ahead) * np.outer(axis, axis)
+
+
+KIND = ElementKind(ImmersedRod, pack, apply, dense, tangent, adds_mass=True)

@@ -11,6 +11,7 @@ import numpy as np
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
+from modalprep.multibody.elements.slopes import BodySlopes, EndSlopes
 from modalprep.multibody.kernels.algebra.matrices import UNIT9
 from modalprep.multibody.kernels.algebra.tuples import ZERO3
 from modalprep.multibody.kernels.interfaces import node_state
@@ -63,6 +64,9 @@ class ElementKind:
         stored and potential (J). What was packed is the field of `elements` with the name of the file.
     dense : callable
         ``dense(record, scene)`` is its reference implementation.
+    tangent : callable
+        ``tangent(record, scene)`` returns its forces with their derivatives; `c` of the scene's bodies and points is
+        their whole acceleration.
     channels : tuple of str
         Names of the two numbers that `observe` gives for each record.
     observe : callable or None
@@ -77,6 +81,7 @@ class ElementKind:
     pack: Callable[[Packer, Sequence[Any]], Any]
     apply: Callable
     dense: Callable[[Any, Scene], DenseLoads]
+    tangent: Callable[[Any, Scene], EndSlopes | BodySlopes]
     channels: tuple[str, ...] = ()
     observe: Callable | None = None
     implicit: Callable[[Any], list[ImplicitRow]] | None = None

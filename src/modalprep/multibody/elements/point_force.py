@@ -9,6 +9,7 @@ import numpy as np
 from modalprep.compiler.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.elements.slopes import EndSlopes, turning
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import dot3
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
@@ -69,4 +70,12 @@ def dense(load: PointForce, scene: Scene) -> DenseLoads:
     return wrench_at(point, turn @ force, turn @ torque)
 
 
-KIND = ElementKind(PointForce, pack, apply, dense)
+def tangent(load: PointForce, scene: Scene) -> EndSlopes:
+    """Return the force with its derivatives: it turns with the interface, or not at all."""
+    follows = load.axes == "body"
+    turn = scene.end(load.at).frame.rotation if follows else np.eye(3)
+    wrench = np.concatenate([turn @ [value_at(f, scene.t) for f in three] for three in (load.force, load.torque)])
+    return EndSlopes((load.at,), wrench, follows * turning(wrench), np.zeros((6, 6)))
+
+
+KIND = ElementKind(PointForce, pack, apply, dense, tangent)

@@ -20,6 +20,7 @@ from modalprep.multibody import elements
 from modalprep.multibody.elements import hinge, planet
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus
 from modalprep.multibody.elements.packer import ElementKind, Environment, Packer
+from modalprep.multibody.elements.slopes import BodySlopes, EndSlopes
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
@@ -221,3 +222,9 @@ def dense(system: System, packed: Packed, scene: Scene, y: np.ndarray) -> DenseL
             if isinstance(load, kind.record):
                 total = plus(total, kind.dense(load, scene))
     return total
+
+
+def tangents(scene: Scene) -> list[EndSlopes | BodySlopes]:
+    """Return the forces of all elements but those of joints, and of a planet, with their derivatives."""
+    kinds = ((load, kind) for load in scene.system.loads for kind in KINDS.values() if isinstance(load, kind.record))
+    return [*planet.tangent(scene), *(kind.tangent(load, scene) for load, kind in kinds)]

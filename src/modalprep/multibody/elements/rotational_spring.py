@@ -19,6 +19,7 @@ from modalprep.multibody.elements.packer import (
     ground_or_interface,
     motion,
 )
+from modalprep.multibody.elements.slopes import EndSlopes, stacked
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     times,
@@ -37,6 +38,7 @@ from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.kernels.time_tables import quintic
 from modalprep.multibody.model.rotational_spring import RotationalSpring
 from modalprep.multibody.packing.tree import rows
+from modalprep.vectors import skew
 
 ROW = np.dtype(
     [
@@ -219,6 +221,48 @@ def _law(knots: np.ndarray, x: float) -> tuple[float, float]:
     return integral, value + end * beyond
 
 
+def tangent(load: RotationalSpring, scene: Scene) -> EndSlopes:
+    """Return the torques with their derivatives, made in axes of the first frame; none where there is no angle."""
+    a, b = (scene.end(end, np.zeros(3), load.rotation).frame for end in load.between)
+    to_a = a.rotation.T
+    spin = to_a @ (b.angular_velocity - a.angular_velocity)
+    angle, G, by_turn = _twist_slopes(to_a @ b.rotation, load.axis)
+    spring, stiffness = _value_and_slope(load.knots("stiffness"), angle - load.free_angle)
+    damper, damping = _value_and_slope(load.knots("damping"), float(G @ spin))
+    torque = spring + damper
+    by_other = np.outer(G, stiffness * G + damping * spin @ by_turn) + torque * by_turn  # rotation of b against a
+    by_both = np.outer(G, damping * G @ skew(spin)) - torque * skew(G)
+    by_spin = damping * np.outer(G, G)
+    wrench, by_pose, by_rate = stacked(2)
+    for first, sign in ((3, 1.0), (9, -1.0)):
+        own = slice(first, first + 3)
+        out = sign * a.rotation
+        wrench[own] = torque * (out @ G)
+        by_pose[own, 9:12], by_pose[own, 3:6] = out @ by_other @ to_a, out @ (by_both - by_other) @ to_a
+        by_rate[own, 9:12] = out @ by_spin @ to_a
+        by_rate[own, 3:6] = -by_rate[own, 9:12]
+    return EndSlopes(load.between, wrench, by_pose, by_rate)
+
+
+def _twist_slopes(R: np.ndarray, n: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return `twist` of a rotation R (3, 3), in its first axes, and the derivative of its direction by rotations."""
+    w, *v = scipy.spatial.transform.Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
+    v = np.array(v)
+    s = v @ n
+    size = w * w + s * s
+    if size < TILTED:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    dw, dv = -v / 2, (w * np.eye(3) - skew(v)) / 2
+    vn, ds = np.cross(v, n), n @ dv
+    G = (w * w * n + w * vn + s * v) / size
+    by_turn = np.outer(2 * w * n + vn, dw) - w * skew(n) @ dv + np.outer(v, ds) + s * dv
+    return 2 * float(np.arctan2(s, w)), G, (by_turn - 2 * np.outer(G, w * dw + s * ds)) / size
+
+
+def _value_and_slope(knots: np.ndarray, x: float) -> tuple[float, float]:
+    return curve(knots, 0, len(knots), x)[1:]
+
+
 KIND = ElementKind(
-    RotationalSpring, pack, apply, dense, channels=("angle", "torque"), observe=observe, implicit=implicit
+    RotationalSpring, pack, apply, dense, tangent, channels=("angle", "torque"), observe=observe, implicit=implicit
 )

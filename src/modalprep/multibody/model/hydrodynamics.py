@@ -81,7 +81,21 @@ class Water(Record):
         (3,) float
             m/s, inertial axes.
         """
-        return np.array([np.interp(depth, self.depths, column) for column in self.current.T])
+        return self.sheared(depth)[0]
+
+    def sheared(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the current (3,) at a depth (m), and its derivative by the depth (3,).
+
+        Returns
+        -------
+        (3,), (3,) float
+            m/s, 1/s; inertial axes.
+        """
+        k = int(np.searchsorted(self.depths, depth))
+        if k in (0, len(self.depths)):
+            return self.current[min(k, len(self.depths) - 1)], np.zeros(3)
+        slope = (self.current[k] - self.current[k - 1]) / (self.depths[k] - self.depths[k - 1])
+        return self.current[k - 1] + (depth - self.depths[k - 1]) * slope, slope
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

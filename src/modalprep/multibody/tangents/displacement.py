@@ -33,7 +33,7 @@ class Displacement(NamedTuple):
 
     def curvature(self, F: np.ndarray) -> np.ndarray:
         """Return the derivative by q of ``dp' F`` (n, n) at constant forces ``F (m,)``."""
-        B, D, Dq, curved, along, bow, tau_q, tau_qq, (g, h1, g1) = self.shape
+        B, D, Dq, along, bow, tau_q, tau_qq, (g, h1, g1) = self.shape
         one = np.outer(h1 * (F @ B) + g1 * (F @ Dq), tau_q)
         second = g * np.tensordot(F, D, 1) + (F @ along) * tau_qq + (F @ bow) * np.outer(tau_q, tau_q)
         return one + one.T + second
@@ -79,7 +79,7 @@ def displacement(B: np.ndarray, D: np.ndarray, e: np.ndarray, motion: tuple) -> 
         rate_q=rate_q,
         acceleration_q=acceleration_q,
         acceleration_qd=2 * rate_q,
-        shape=(B, D, Dq, second, along, bow, tau_q, tau_qq, (g, h1, g1)),
+        shape=(B, D, Dq, along, bow, tau_q, tau_qq, (g, h1, g1)),
     )
 
 

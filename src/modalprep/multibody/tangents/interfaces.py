@@ -34,7 +34,7 @@ class InterfaceMotion(NamedTuple):
     shapes: tuple  # for `curvature`
 
     def curvature(self, w: np.ndarray) -> np.ndarray:
-        """Return the derivative by q of ``partial' w`` (n, n) at a constant wrench ``w (6,)``, axes of the interface."""
+        """Return the derivative by q of ``partial' w`` (n, n) at a constant wrench ``w (6,)``, its axes."""
         moved, turned, to_spin, v_q, v_qq, spin_q = self.shapes
         F, T = self.R @ w[:3], self.R @ w[3:]
         found = moved.curvature(F) - moved.dp.T @ skew(F) @ spin_q - spin_q.T @ skew(T) @ spin_q
