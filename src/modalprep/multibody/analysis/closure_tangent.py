@@ -102,7 +102,7 @@ class _End:
 
 
 def conditions(tree: TreeTangent, loops: Loops, kept: np.ndarray) -> Conditions:
-    """Return the derivatives of the conditions that are `kept`, in the units of the evaluator's gaps."""
+    """Return the derivatives of the conditions that are `kept`."""
     ends: dict[int, _End] = {}
     found = []
     for i in kept.tolist():
@@ -115,8 +115,7 @@ def conditions(tree: TreeTangent, loops: Loops, kept: np.ndarray) -> Conditions:
             if k not in ends:
                 ends[k] = _End(_frame(tree, loops.arrays.ends[k]))
         found.append(_condition(row, *(ends[k] for k in own)))
-    unit = loops.work.unit[kept][:, None]
-    return Conditions(*(unit * np.reshape(part, (len(kept), tree.packed.nu)) for part in zip(*found, strict=True)))
+    return Conditions(*(np.array(part) for part in zip(*found, strict=True)))
 
 
 def _frame(tree: TreeTangent, end: np.void) -> Moving:
@@ -154,7 +153,7 @@ def _distance(apart: _Vector) -> tuple[np.ndarray, ...]:
 def exerted(tree: TreeTangent, loops: Loops, kept: np.ndarray, multiplier: np.ndarray) -> list[EndSlopes]:
     """Return the forces of the conditions that are `kept`, with multipliers (m,), and their derivatives."""
     found = []
-    for i, size in zip(kept.tolist(), multiplier * loops.work.unit[kept], strict=True):
+    for i, size in zip(kept.tolist(), multiplier, strict=True):
         row = loops.closing.rows[i]
         if row.kind != COUPLER:
             closure = loops.system.closures[row.closure]

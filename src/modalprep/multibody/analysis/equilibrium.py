@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
+from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
@@ -146,7 +146,7 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     while True:
         state = _State(Chart(evaluator, y), steady)
         g = state.force(np.zeros(state.n))
-        K = -jacobian(state.force, np.full(state.n, 1e-2))[0]
+        K = state.stiffness()
         g[np.abs(g) <= ROUND_OFF * state.largest_force(g)] = 0.0
         step, lowest = _step(state, K, g)
         y = state.y(_length(state, step, g) * step)
@@ -172,6 +172,11 @@ class _State:
         """Generalised forces of the independent coordinates, times their scales."""
         y = self.y(z)
         return -self.scale * (self.chart.tangent(y).T @ self.required(y))
+
+    def stiffness(self) -> np.ndarray:
+        """Derivative of the restoring forces (n, n), in the scales."""
+        exact = SystemTangent(self.chart, np.zeros(self.evaluator.nu), moving=self.steady)
+        return exact.equations(np.zeros((self.n, self.n))).K * np.outer(self.scale, self.scale)
 
     def largest_force(self, g: np.ndarray) -> float:
         """Largest of the forces that balance each other, times their scales: those of deflected modes, and the rest."""

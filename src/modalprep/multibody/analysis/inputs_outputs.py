@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from modalprep.errors import InputError
+from modalprep.multibody.analysis.tree_tangent import TreeTangent
 from modalprep.multibody.evaluation.evaluate import build_equations
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state, world
+from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.results.recovered import AppliedLoad
@@ -63,24 +63,27 @@ class Input:
         return size * self.tau
 
 
-def needs_accelerations(name: str) -> bool:
-    """Return whether an output depends on the accelerations of the system, beside its state.
+class Output(NamedTuple):
+    """An output near a state; `value` is to be called after `Evaluator.accelerations`.
 
-    Examples
-    --------
-    >>> needs_accelerations("arm.tip.acceleration.x"), needs_accelerations("arm.tip.velocity.x")
-    (True, False)
+    Attributes
+    ----------
+    slopes : callable or None
+        ``slopes(tree)`` returns its derivatives (3, nu) by the coordinates, speeds and accelerations of the tree.
+    value : callable or None
+        ``value(y)`` of what is recovered, which has no derivatives of its own.
     """
-    return f".{RECOVERY}." in name or name.rpartition(".")[0].endswith((".acceleration", ".angular_acceleration"))
+
+    slopes: Callable[[TreeTangent], np.ndarray] | None = None
+    value: Callable[[np.ndarray], float] | None = None
 
 
-def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarray], float]:
-    """Return the function of the state that a name denotes; rotations are relative to state y.
+def output(evaluator: Evaluator, name: str) -> Output:
+    """Return the output that a name denotes; rotations are relative to the state.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
     ``body.stress.point.xx``, ``body.recovery.name.place.component``, ``body.interface.position.x``, ``.rotation``,
-    ``.velocity``, ``.angular_velocity``, ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called
-    after `Evaluator.accelerations`.
+    ``.velocity``, ``.angular_velocity``, ``.acceleration`` and ``.angular_acceleration`` in inertial axes.
 
     Raises
     ------
@@ -90,26 +93,39 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
     first, _, rest = name.partition(".")
     parts = name.rsplit(".", 2)
     if first in evaluator.system.bodies and rest.startswith(f"{RECOVERY}."):
-        return _recovered(evaluator, name)
+        return Output(value=_recovered(evaluator, name))
     if len(parts) == 3 and parts[1] in MOTIONS and parts[2] in AXES:
-        return _motion(evaluator, *_interface(evaluator, parts[0], name), parts[1], AXES.index(parts[2]), y)
+        place = _interface(evaluator, parts[0], name)
+        return Output(lambda tree: _motion(tree, *place, parts[1])[:, AXES.index(parts[2])])
     if first in evaluator.system.bodies and rest.startswith("modal."):
-        indices = evaluator.coordinates("body", first)
+        modes = _speeds_of(evaluator, ("body", first))
         number = rest.removeprefix("modal.")
-        if number.isdigit() and 1 <= int(number) <= len(indices):
-            return lambda y, k=indices[int(number) - 1]: y[k]
+        if number.isdigit() and 1 <= int(number) <= len(modes):
+            return _linear(evaluator, 0, modes[int(number) - 1 : int(number)])
     if first in evaluator.system.bodies and rest.startswith("stress."):
-        return _stress(evaluator, first, rest.removeprefix("stress."), name)
+        row = _stress(evaluator, first, rest.removeprefix("stress."), name)
+        return _linear(evaluator, 0, _speeds_of(evaluator, ("body", first)), row)
     if first in [joint.name for joint in evaluator.system.joints]:
         known = _hinges(evaluator, first)
         if rest not in known:
             raise InputError(f"output {name!r}: {suggestion(rest, known, f'joint {first} has')}")
-        return lambda y, k=known[rest]: y[k]
+        return _linear(evaluator, *known[rest])
     raise InputError(
         f"output {name!r}: name 'joint.angle', 'body.modal.1', 'body.recovery.name.place.component', or "
         "'body.interface.position.x' with one of "
         f"{', '.join(MOTIONS)}"
     )
+
+
+def _linear(evaluator: Evaluator, part: int, of: list[int], row: np.ndarray | float = 1.0) -> Output:
+    """Return a sum of coordinates (part 0) or speeds (part 1)."""
+    slopes = np.zeros((3, evaluator.nu))
+    slopes[part, of] = row
+    return Output(lambda tree: slopes)
+
+
+def _speeds_of(evaluator: Evaluator, owner: tuple[str, str]) -> list[int]:
+    return [k for k, own in enumerate(evaluator.owner) if own == owner]
 
 
 def _interface(evaluator: Evaluator, text: str, name: str) -> tuple[int, int]:
@@ -128,29 +144,28 @@ def _speed(evaluator: Evaluator, joint: str, number: str, name: str) -> int:
     return rows[int(number) - 1]
 
 
-def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
-    """Return the indices in the state of a joint's coordinates and speeds by name."""
-    found: dict[str, list[int]] = {}
+def _hinges(evaluator: Evaluator, joint: str) -> dict[str, tuple[int, list[int]]]:
+    """Return the coordinates (0) and rates (1) of a joint by name, with their places among the speeds."""
+    found: dict[str, list[tuple[int, list[int]]]] = {}
     for i in evaluator.packed.links_of(joint):
-        kind, row = KINDS[evaluator.packed.types[i]], evaluator.packed.model.links[i]
+        kind, u = KINDS[evaluator.packed.types[i]], int(evaluator.packed.model.links[i]["u"])
         if kind.named:
-            position, rate = ("angle", "rate") if evaluator.packed.turns(i) else ("displacement", "speed")
-            found.setdefault(position, []).append(int(row["x"]))
-            found.setdefault(rate, []).append(evaluator.nx + int(row["u"]))
+            names = ("angle", "rate") if evaluator.packed.turns(i) else ("displacement", "speed")
+            for part, name in enumerate(names):
+                found.setdefault(name, []).append((part, [u]))
         elif kind.quaternion >= 0:
-            first = evaluator.nx + int(row["u"]) + kind.translations
-            found["angular_velocity"] = [first, first + 1, first + 2]
-    single = {name: indices[0] for name, indices in found.items() if len(indices) == 1}
-    return single | {f"{name}.{k + 1}": i for name, indices in found.items() for k, i in enumerate(indices)}
+            found["angular_velocity"] = [(1, [u + kind.translations + k]) for k in range(3)]
+    single = {name: places[0] for name, places in found.items() if len(places) == 1}
+    return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
 
 
-def _stress(evaluator: Evaluator, body: str, component: str, name: str) -> Callable[[np.ndarray], float]:
+def _stress(evaluator: Evaluator, body: str, component: str, name: str) -> np.ndarray:
+    """Return the row (n,) of a stress by the modal coordinates."""
     points = evaluator.system.bodies[body].stress
-    modal = evaluator.coordinates("body", body)
     rows = {f"{p}.{c}": row for p, at in points.items() for c, row in zip(at.components, at.modes, strict=True)}
     if component not in rows:
         raise InputError(f"output {name!r}: {suggestion(component, rows, f'the linear stresses of {body} are')}")
-    return lambda y, row=rows[component]: row @ y[modal]
+    return rows[component]
 
 
 def _recovered(evaluator: Evaluator, name: str) -> Callable[[np.ndarray], float]:
@@ -169,40 +184,12 @@ def _recovered(evaluator: Evaluator, name: str) -> Callable[[np.ndarray], float]
     return read
 
 
-def _motion(
-    evaluator: Evaluator, link: int, node: int, what: str, axis: int, y: np.ndarray
-) -> Callable[[np.ndarray], float]:
-    model, data = evaluator.packed.model, evaluator.data
-    if what in ("acceleration", "angular_acceleration"):
-        return _acceleration(evaluator, link, node, what == "angular_acceleration", axis)
-    quantity = ("position", "rotation", "velocity", "angular_velocity").index(what)
-
-    def state() -> tuple:
-        return node_state(model, data, link, node)
-
-    if what != "rotation":
-        return lambda y: state()[quantity][axis]
-    evaluator.load(y)
-    world(model, data)
-    start = state()[1]
-    return lambda y: _turned(start, state()[1])[axis]
-
-
-@lru_cache(maxsize=64)  # the three axes of an interface are read one after another
-def _turned(start: tuple, now: tuple) -> np.ndarray:
-    """Return the rotation vector (3,) between two orientations."""
-    turn = np.reshape(now, (3, 3)) @ np.reshape(start, (3, 3)).T
-    return scipy.spatial.transform.Rotation.from_matrix(turn).as_rotvec()
-
-
-def _acceleration(evaluator: Evaluator, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
-    """Return the acceleration relative to the ground, which may rotate."""
-    at = (evaluator.packed.model, evaluator.data, link, node)
-    ground = np.array([0, 0, evaluator.packed.model.ground_rate])
-
-    def relative(y: np.ndarray) -> float:
-        position, _, velocity, spin = node_state(*at)
-        own = np.cross(ground, spin) if turn else carried(evaluator.data, position, velocity)
-        return node_acceleration(*at, 1.0)[turn][axis] - own[axis]
-
-    return relative
+def _motion(tree: TreeTangent, link: int, node: int, what: str) -> np.ndarray:
+    """Return the derivatives (3, 3, nu) of a motion of an interface, by coordinates, speeds and accelerations."""
+    at = tree.seen(link, node)
+    turns = 3 * what.startswith(("rotation", "angular"))
+    own = slice(turns, turns + 3)
+    none = np.zeros_like(at.J)
+    by = {"position": (at.J, none, none), "velocity": (at.V_x, at.J, none), "acceleration": (at.a_x, at.a_u, at.J)}
+    parts = by["position" if what == "rotation" else what.removeprefix("angular_")]
+    return np.stack([part[own] for part in parts])

@@ -10,12 +10,20 @@ import numpy as np
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.analysis.inputs_outputs import Input, needs_accelerations, output
+from modalprep.multibody.analysis.inputs_outputs import Input, Output, output
 from modalprep.multibody.analysis.state_space import StateSpace
-from modalprep.multibody.analysis.tangent import ADVICE, PLACE_STEP, SPEED_STEP, GivenAccelerations, Tangent, tangent
+from modalprep.multibody.analysis.tangent import (
+    ADVICE,
+    PLACE_STEP,
+    SPEED_STEP,
+    GivenAccelerations,
+    SystemTangent,
+    Tangent,
+)
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.joint_types import KINDS
+from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
@@ -35,9 +43,10 @@ def linearise(
 ) -> StateSpace:
     """Return the linear equations about a state of a system.
 
-    The kinematic rows are exact. The others are those of the forces that the accelerations of the state need nearby
-    (inverse dynamics), solved with the mass matrix: central differences with Richardson extrapolation, accurate to
-    about 1e-11 of a column (`StateSpace.error` has the estimate of each case).
+    The kinematic rows are exact. The others are the derivatives of the forces that the accelerations of the state need
+    (inverse dynamics), in closed form, solved with the mass matrix: to round-off. Only what callbacks do, and outputs
+    that are recovered, are differences with Richardson extrapolation, accurate to about 1e-11 of a column; `notes` name
+    them, and `StateSpace.error` estimates the error of each case.
 
     Parameters
     ----------
@@ -69,7 +78,8 @@ def linearise(
     References
     ----------
     A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 9.4 (independent coordinates of closed loops);
-    theory 5.6.
+    theory 5.6 and 5.7.
+    R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008, chapter 2 (spatial vectors).
     L. F. Richardson, The deferred approach to the limit, Phil. Trans. R. Soc. A 226 (1927) 299.
 
     Examples
@@ -98,16 +108,16 @@ def linear_equations(
         raise InputError(f"the state needs {evaluator.nx + evaluator.nu} finite numbers; it has {y.size}")
     chart = Chart(evaluator, y := evaluator.closed(y))
     applied = [Input(evaluator, name) for name in inputs]
-    read = [output(evaluator, name, y) for name in outputs]
+    read = [output(evaluator, name) for name in outputs]
     evaluator.load(y)
     udot = evaluator.accelerations(np.zeros(evaluator.nu)).copy()
     free = chart.independent
     n = len(free)
-    given = GivenAccelerations(chart, udot)
-    equations = tangent(given, (transport(evaluator, y) @ chart.R)[free])
+    exact = SystemTangent(chart, udot)
+    equations = exact.equations((transport(evaluator, y) @ chart.R)[free])
     A, A_error = equations.accelerations, equations.accelerations_error
     B = equations.solve(_input_forces(chart, applied))
-    C, D, C_error = Outputs(given, applied, read, any(map(needs_accelerations, outputs))).matrices(A, A_error, B)
+    C, D, C_error = _outputs(exact, applied, read, A, A_error, B)
     error = max(_column_error(A_error, A, evaluator.scale[free]), _relative(C_error, C))
     if error > WORST:
         raise SimulationError(
@@ -128,8 +138,22 @@ def linear_equations(
         udot=udot,
         error=error,
         error_estimate=np.vstack([np.zeros((n, 2 * n)), A_error]),
+        notes=_notes(system, [name for name, each in zip(outputs, read, strict=True) if each.value]),
     )
     return linear, equations
+
+
+def _notes(system: System, recovered: Sequence[str]) -> tuple[str, ...]:
+    """Return what was found by differences, and what is held constant."""
+    called = [f"callback {load.name!r}" for load in system.loads if isinstance(load, Callback)]
+    sliding = [closure.name for closure in system.closures if getattr(closure, "friction_coefficient", 0.0)]
+    by_differences = called + [f"output {name!r}" for name in recovered]
+    notes = []
+    if by_differences:
+        notes.append(f"by differences, all else exactly: {', '.join(by_differences)}")
+    if sliding:
+        notes.append(f"friction of closures is taken as constant: {', '.join(map(repr, sliding))}")
+    return tuple(notes)
 
 
 def _input_forces(chart: Chart, applied: Sequence[Input]) -> np.ndarray:
@@ -140,29 +164,52 @@ def _input_forces(chart: Chart, applied: Sequence[Input]) -> np.ndarray:
     return chart.R.T @ (rest[:, None] - np.array(pushed).reshape(-1, evaluator.nu).T)
 
 
-class Outputs:
-    """Outputs near the state of a chart, as functions of coordinates, speeds, accelerations and inputs."""
+def _outputs(
+    exact: SystemTangent,
+    applied: Sequence[Input],
+    read: Sequence[Output],
+    A: np.ndarray,
+    A_error: np.ndarray,
+    B: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return C, D and the estimated errors of C, for accelerations ``A z + B i`` of the independent coordinates."""
+    n, count = B.shape
+    R = exact.chart.R
+    moved = np.hstack([R, np.zeros_like(R)]), np.hstack([exact.speeds_x, R])
+    accelerations = np.hstack([exact.accelerations_x, exact.accelerations_u]) + R @ A
+    C, C_error, D = np.zeros((len(read), 2 * n)), np.zeros((len(read), 2 * n)), np.zeros((len(read), count))
+    recovered = [k for k, each in enumerate(read) if each.value is not None]
+    for k, each in enumerate(read):
+        if each.slopes is not None:
+            by_x, by_u, by_udot = each.slopes(exact.tree)
+            C[k] = by_x @ moved[0] + by_u @ moved[1] + by_udot @ accelerations
+            D[k], C_error[k] = by_udot @ R @ B, np.abs(by_udot @ R) @ A_error
+    if recovered:
+        values = [read[k].value for k in recovered]
+        found = Recovered(exact.chart, exact.tree.udot, applied, values).matrices(A, A_error, B)
+        C[recovered], D[recovered], C_error[recovered] = found
+    return C, D, C_error
 
-    def __init__(self, given: GivenAccelerations, applied: Sequence[Input], read: Sequence[Callable], dynamic: bool):
-        self.given, self.applied, self.read = given, applied, read
-        self.dynamic = dynamic  # whether an output needs the accelerations of the system
+
+class Recovered:
+    """What is recovered near the state of a chart, as a function of coordinates, speeds, accelerations and inputs."""
+
+    def __init__(self, chart: Chart, udot: np.ndarray, applied: Sequence[Input], read: Sequence[Callable]):
+        self.given, self.applied, self.read = GivenAccelerations(chart, udot), applied, read
 
     def values(self, z: np.ndarray) -> np.ndarray:
         """Return the outputs at changes ``[coordinates | speeds | accelerations | inputs]``."""
         chart, evaluator = self.given.chart, self.given.evaluator
-        model, data = evaluator.packed.model, evaluator.data
         n = len(chart.independent)
         state = chart.moved(z[:n], z[n : 2 * n])
         push = partial(self._push, z[3 * n :])
         force = np.zeros(evaluator.nu)
-        if self.dynamic:
-            force[chart.independent] = self.given.force(state, self.given.own + z[2 * n : 3 * n], push)
+        force[chart.independent] = self.given.force(state, self.given.own + z[2 * n : 3 * n], push)
         evaluator.load(state)
-        world(model, data)
+        world(evaluator.packed.model, evaluator.data)
         tau = push() + force
-        if self.dynamic:
-            evaluator.push_modes(force)
-            evaluator.accelerations(tau)
+        evaluator.push_modes(force)
+        evaluator.accelerations(tau)
         return np.array([function(state) for function in self.read])
 
     def _push(self, sizes: np.ndarray) -> np.ndarray:
@@ -170,27 +217,20 @@ class Outputs:
         return sum((each.apply(size) for each, size in zip(self.applied, sizes, strict=True)), tau)
 
     def matrices(self, A: np.ndarray, A_error: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return C, D and the estimated errors of C, for accelerations ``A z + B i``."""
+        """Return C, D and the estimated errors of C by differences."""
         n, count = B.shape
-        if not self.read:
-            return np.zeros((0, 2 * n)), np.zeros((0, count)), np.zeros((0, 2 * n))
         scale = self.given.evaluator.scale[self.given.chart.independent]
-        steps = np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale])
-        if self.dynamic:
-            steps = np.concatenate([steps, SPEED_STEP * scale, np.ones(count)])
+        steps = np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, SPEED_STEP * scale, np.ones(count)])
         J, error = jacobian(self._where_valid, steps)
         if not np.all(np.isfinite(error)):
             raise SimulationError("cannot linearise: an output does not exist near this state; use another state")
-        if not self.dynamic:
-            return J, np.zeros((len(J), count)), error
         C, W, D = np.split(J, [2 * n, 3 * n], axis=1)
         return C + W @ A, D + W @ B, error[:, : 2 * n] + np.abs(W) @ A_error
 
     def _where_valid(self, z: np.ndarray) -> np.ndarray:
         """Return the outputs, NaN where the system cannot be evaluated."""
-        rest = np.zeros(3 * len(self.given.own) + len(self.applied) - len(z))
         try:
-            return self.values(np.concatenate([z, rest]))
+            return self.values(z)
         except SimulationError:
             return np.full(len(self.read), np.nan)
 

@@ -39,6 +39,8 @@ class StateSpace(Record):
         C, relative to its largest entry.
     error_estimate : (2 n, 2 n)
         Estimated error of each entry of A.
+    notes : tuple of str
+        What was differentiated by differences, and what was held constant.
 
     References
     ----------
@@ -58,6 +60,7 @@ class StateSpace(Record):
     udot: np.ndarray
     error: float
     error_estimate: np.ndarray
+    notes: tuple[str, ...] = ()
 
     @property
     def states(self) -> tuple[str, ...]:

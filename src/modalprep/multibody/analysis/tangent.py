@@ -16,11 +16,18 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eig
 
 from modalprep.errors import SimulationError
+from modalprep.multibody.analysis.closure_tangent import Conditions, conditions, exerted
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
+from modalprep.multibody.analysis.tree_tangent import TreeTangent
+from modalprep.multibody.elements import registry
+from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.kernels.closed_loops.constraints import SLIP
+from modalprep.multibody.reference.loads import called_forces
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
 EPS = np.finfo(float).eps
+ROUND_OFF = 0.5  # EPS, of the sum of absolute values: a rounding error
 ADVICE = "keep fewer modes and truncation vectors, or use another state"
 NOT_POSITIVE = f"cannot linearise: the mass matrix is not positive definite at this state; {ADVICE}"
 
@@ -101,35 +108,104 @@ class GivenAccelerations:
         R = self.chart.tangent(state)
         return R.T @ self.evaluator.required(state, self.all(state, R, own), push=push)
 
-    def derivatives(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives of `force` by coordinates and speeds (n, 2 n), and their estimated errors."""
-        n = len(self.own)
-        scale = self.evaluator.scale[self.chart.independent]
+
+class SystemTangent:
+    """The exact derivatives of the inverse dynamics of a system about the state of a chart (theory 5.7).
+
+    Those of callbacks alone are found by differences.
+
+    Parameters
+    ----------
+    udot : (nu,)
+        Accelerations.
+    moving : bool
+        Whether prescribed hinges move; otherwise they are held where they are.
+
+    Attributes
+    ----------
+    tree : TreeTangent
+        With the motion of all interfaces and its derivatives.
+    speeds_x : (nu, n)
+        What the dependent speeds change by with the independent coordinates, the independent speeds given.
+    accelerations_x, accelerations_u : (nu, n)
+        What the dependent accelerations change by with coordinates and speeds, the independent ones given.
+    """
+
+    def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True) -> None:
+        self.chart, evaluator = chart, chart.evaluator
+        required = evaluator.required(chart.y, udot, moving=moving)
+        loading = evaluator.loading
+        self.motion = loading.motion.copy()
+        system = evaluator.system.with_masses_at(evaluator.t)
+        self.tree = TreeTangent(system, evaluator.packed, chart.y, udot, self.motion, evaluator.t)
+        for load in registry.tangents(self.tree.scene):
+            self.tree.add(load)
+        self.tree.add_joint_elements(loading.slope)
+        self.speeds_x, self.accelerations_x, self.accelerations_u = np.zeros((3, *chart.R.shape))
+        if evaluator.loops is not None:
+            self._close(evaluator.loops, required)
+        self.found = self.tree.finish()
+        self.called = self._called() if not loading.compiled else None
+
+    def _close(self, loops: Loops, required: np.ndarray) -> None:
+        """Add what the loops exert, and find how the dependent speeds and accelerations follow."""
+        chart, tree = self.chart, self.tree
+        unit = loops.work.unit[chart.kept]
+        slides = np.flatnonzero([row.kind == SLIP for row in loops.closing.rows])
+        if len(slides):  # friction stays as it is
+            friction = loops.work.multiplier[slides].copy()
+            required = required - conditions(tree, loops, slides).G.T @ friction
+            for load in exerted(tree, loops, slides, friction):
+                tree.add(load)
+        multiplier = unit * (chart.inverse.T @ required[chart.dependent])
+        for load in exerted(tree, loops, chart.kept, multiplier):
+            tree.add(load)
+        rows = Conditions(*(unit[:, None] * part for part in conditions(tree, loops, chart.kept)))
+        inverse, R, own = -chart.inverse, chart.R, chart.dependent
+        self.speeds_x[own] = inverse @ rows.rate_x @ R
+        by_x = rows.acceleration_x @ R + rows.acceleration_u @ self.speeds_x
+        self.accelerations_x[own], self.accelerations_u[own] = inverse @ by_x, inverse @ rows.acceleration_u @ R
+
+    def _called(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (nu, 2 nu) of the forces of callbacks by differences, and their estimated errors.
+
+        Raises
+        ------
+        SimulationError
+            When they do not exist near the state.
+        """
+        evaluator, y = self.chart.evaluator, self.chart.y
+        nu = evaluator.nu
 
         def force(z: np.ndarray) -> np.ndarray:
-            try:
-                return self.force(self.chart.moved(z[:n], z[n:]), self.own)
-            except SimulationError:
-                return np.full(n, np.nan)
+            state = evaluator.moved(y, z[:nu])
+            state[evaluator.nx :] = y[evaluator.nx :] + z[nu:]
+            return called_forces(self.tree.system, evaluator.packed, state, self.motion, evaluator.t)
 
-        return jacobian(force, np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale]))
+        J, error = jacobian(force, np.concatenate([PLACE_STEP * evaluator.scale, SPEED_STEP * evaluator.scale]))
+        if not np.all(np.isfinite(error)):
+            raise SimulationError("cannot linearise: the forces do not exist near this state; use another state")
+        return J, error
 
-
-def tangent(given: GivenAccelerations, N: np.ndarray) -> Tangent:
-    """Return the matrices about the state of a chart; N as in `linearise`.
-
-    Raises
-    ------
-    SimulationError
-        When the forces do not exist near the state.
-    """
-    J, error = given.derivatives()
-    if not np.all(np.isfinite(error)):
-        raise SimulationError("cannot linearise: the forces do not exist near this state; use another state")
-    n = len(J)
-    chart = given.chart
-    M = chart.R.T @ chart.evaluator.mass(chart.y) @ chart.R
-    return Tangent(N=N, M=(M + M.T) / 2, D=J[:, n:], K=J[:, :n], D_error=error[:, n:], K_error=error[:, :n])
+    def equations(self, N: np.ndarray) -> Tangent:
+        """Return the matrices in the independent coordinates; N as in `linearise`."""
+        R, found, scale = self.chart.R, self.found, self.chart.evaluator.scale
+        K, D = found.K, found.D
+        K_error = ROUND_OFF * EPS * (found.size[:, None] / scale + found.stiffness)
+        D_error = np.zeros_like(D)
+        if self.called is not None:
+            (K_called, D_called), (K_off, D_off) = (np.hsplit(part, 2) for part in self.called)
+            K, D, K_error, D_error = K - K_called, D - D_called, K_error + K_off, D_error + D_off
+        across = np.abs(R)
+        M = R.T @ found.M @ R
+        return Tangent(
+            N=N,
+            M=(M + M.T) / 2,
+            D=R.T @ (D @ R + found.M @ self.accelerations_u),
+            K=R.T @ (K @ R + D @ self.speeds_x + found.M @ self.accelerations_x),
+            D_error=across.T @ D_error @ across,
+            K_error=across.T @ K_error @ across,
+        )
 
 
 def roots(t: Tangent) -> Roots:

@@ -58,8 +58,22 @@ class Moving(NamedTuple):
         return found
 
     def part(self, k: int) -> np.ndarray:
+        """Return part k of the columns (6, nu)."""
         n = self.columns.shape[1] // 4
         return self.columns[:, k * n : (k + 1) * n]
+
+
+class Seen(NamedTuple):
+    """Derivatives (6, nu) of the motion of a frame in inertial axes, relative to the ground.
+
+    By the coordinates J of its place and rotation, `V_x` of its velocity and `a_x` of its acceleration; by the speeds J
+    of its velocity and `a_u` of its acceleration.
+    """
+
+    J: np.ndarray
+    V_x: np.ndarray
+    a_x: np.ndarray
+    a_u: np.ndarray
 
 
 class Crossing(NamedTuple):
@@ -72,12 +86,17 @@ class Crossing(NamedTuple):
 
 
 class Tangents(NamedTuple):
-    """Forces of inverse dynamics (nu,), and their derivatives (nu, nu) by accelerations, speeds and coordinates."""
+    """Forces of inverse dynamics (nu,), and their derivatives (nu, nu) by accelerations, speeds and coordinates.
+
+    `size` (nu,) and `stiffness` (nu, nu) are sums of the absolute values of what makes forces and K: for round-off.
+    """
 
     force: np.ndarray
     M: np.ndarray
     D: np.ndarray
     K: np.ndarray
+    size: np.ndarray
+    stiffness: np.ndarray
 
 
 class TreeTangent:
@@ -112,7 +131,7 @@ class TreeTangent:
         self.system, self.packed = system, packed
         self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
-        self.found = Tangents(np.zeros(nu), *np.zeros((3, nu, nu)))
+        self.found = Tangents(np.zeros(nu), *np.zeros((3, nu, nu)), np.zeros(nu), np.zeros((nu, nu)))
         self.spin = ground_spin(system)
         self.ground = Moving(
             ONE,
@@ -129,6 +148,7 @@ class TreeTangent:
         for i in range(len(packed.links)):
             self._outward(i)
         self.wrench = np.zeros((len(self.links), 6))
+        self.sizes = np.zeros((len(self.links), 6))  # sums of absolute values
         self.wrench_columns = np.zeros((len(self.links), 6, 3 * nu))  # by coordinates, speeds, accelerations
         self.inertia = [self._inertia(i) for i in range(len(self.links))]
 
@@ -244,32 +264,37 @@ class TreeTangent:
     def add_to_body(self, link: int, force: np.ndarray, columns: np.ndarray) -> None:
         """Add a force (6 + n,) of a link's body at its origin, its axes, and its derivatives (6 + n, 3 nu)."""
         self.wrench[link] += force[:6]
+        self.sizes[link] += np.abs(force[:6])
         self.wrench_columns[link] += columns[:6]
-        self._add_rows(self._modes(link), force[6:], columns[6:])
+        self._add_rows(self._modes(link), force[6:], np.abs(force[6:]), columns[6:])
 
-    def _add_rows(self, rows: slice, force: np.ndarray, columns: np.ndarray) -> None:
+    def _add_rows(self, rows: slice, force: np.ndarray, size: np.ndarray, columns: np.ndarray) -> None:
         self.found.force[rows] += force
+        self.found.size[rows] += size
         for k, matrix in enumerate((self.found.K, self.found.D, self.found.M)):
             matrix[rows] += columns[:, k * self.nu : (k + 1) * self.nu]
 
     def add_to_interface(self, link: int, node: int, wrench: np.ndarray, columns: np.ndarray) -> None:
         """Add a wrench (6,) on an interface, its axes, and its derivatives (6, 3 nu)."""
         _, way = self.interface(link, node)
-        self._inward(link, way, wrench, columns)
+        self._inward(link, way, wrench, np.abs(wrench), columns)
 
-    def _inward(self, link: int, way: tuple[Crossing, ...], w: np.ndarray, columns: np.ndarray) -> None:
+    def _inward(
+        self, link: int, way: tuple[Crossing, ...], w: np.ndarray, size: np.ndarray, columns: np.ndarray
+    ) -> None:
         """Take a wrench along a way, from its end, to a link; -1: the ground."""
         for crossing in reversed(way):
             S, own = crossing.partial, crossing.own
             if S.shape[1]:
-                self._add_rows(own, S.T @ w, S.T @ columns)
+                self._add_rows(own, S.T @ w, np.abs(S.T) @ size, S.T @ columns)
                 if crossing.curvature is not None:
                     self.found.K[own, own] += crossing.curvature(w)
                 columns = columns.copy()
                 columns[:, own] += turned_wrench(w) @ S
-            w, columns = crossing.X.T @ w, crossing.X.T @ columns
+            w, size, columns = crossing.X.T @ w, np.abs(crossing.X.T) @ size, crossing.X.T @ columns
         if link >= 0:
             self.wrench[link] += w
+            self.sizes[link] += size
             self.wrench_columns[link] += columns
 
     @cached_property
@@ -295,16 +320,31 @@ class TreeTangent:
         V = world @ (frame.V - self._carried(frame))
         return Point(Frame(frame.p, frame.R, V[:3], V[3:]), world @ frame.J, world @ frame.a)
 
-    def add_ends(self, load: EndSlopes) -> None:
-        """Add what an element does to its ends."""
+    def add(self, load: EndSlopes | BodySlopes) -> None:
+        """Add what an element does."""
+        if isinstance(load, EndSlopes):
+            self._add_ends(load)
+        else:
+            self._add_body(load)
+
+    def add_joint_elements(self, slope: np.ndarray) -> None:
+        """Add elements of joints by the derivatives (2, nu) of their forces by their own coordinates and speeds.
+
+        The forces themselves are not added.
+        """
+        for matrix, own in zip((self.found.K, self.found.D), slope, strict=True):
+            matrix[np.diag_indices(self.nu)] -= own
+
+    def _add_ends(self, load: EndSlopes) -> None:
         ends = [locate(self.system.bodies, end, end) for end in load.ends]
         moving = [k for k, end in enumerate(ends) if end is not None]
         places = [(self.packed.link_of(ends[k][0]), ends[k][1]) for k in moving]
         frames = [self.interface(*place)[0] for place in places]
         rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in moving])
         pose = np.vstack([on_both(frame.R) @ frame.J for frame in frames])
-        rate = np.vstack([on_both(frame.R) @ self._seen_rates(frame) for frame in frames])
+        rate = np.vstack([on_both(frame.R) @ self.seen_rates(frame) for frame in frames])
         by_pose, by_rate = load.by_pose[np.ix_(rows, rows)], load.by_rate[np.ix_(rows, rows)]
+        self.found.stiffness[:] += np.abs(pose).T @ (np.abs(by_pose) @ np.abs(pose))
         columns = np.hstack([by_pose @ pose + by_rate @ rate, by_rate @ pose, np.zeros((len(rows), self.nu))])
         for k, (place, frame) in enumerate(zip(places, frames, strict=True)):
             own = slice(6 * k, 6 * k + 6)
@@ -312,14 +352,28 @@ class TreeTangent:
             columns[own, : self.nu] -= turning(wrench)[:, 3:] @ pose[own][3:]
             self.add_to_interface(*place, -back @ wrench, -back @ columns[own])
 
-    def _seen_rates(self, frame: Moving) -> np.ndarray:
-        """Return how a velocity relative to the ground, inertial axes, changes by the coordinates; axes of the frame."""
+    def seen(self, link: int, node: int) -> Seen:
+        """Return how an interface moves, seen from the ground, which turns with a constant spin."""
+        frame, _ = self.interface(link, node)
+        world, w = on_both(frame.R), skew(self.spin)
+        by_x, by_u = frame.acceleration_slopes()
+        A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), np.zeros(3)])
+        J, V_x, a_u = world @ frame.J, world @ self.seen_rates(frame), world @ by_u
+        a_x = world @ (by_x + turning(A)[:, 3:] @ frame.J[3:])
+        # of the ground's points: w x (w x p + 2 v); a spin relative to it turns with it
+        a_x[:3] -= w @ (w @ J[:3] + 2 * V_x[:3])
+        a_u[:3] -= 2 * w @ J[:3]
+        a_x[3:] -= w @ V_x[3:]
+        a_u[3:] -= w @ J[3:]
+        return Seen(J, V_x, a_x, a_u)
+
+    def seen_rates(self, frame: Moving) -> np.ndarray:
+        """Return how a velocity relative to the ground changes by the coordinates: inertial components in own axes."""
         V = frame.V - self._carried(frame)
         found = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
         return found + turning(V)[:, 3:] @ frame.J[3:]
 
-    def add_body(self, load: BodySlopes) -> None:
-        """Add what an element does to a body."""
+    def _add_body(self, load: BodySlopes) -> None:
         i = self.packed.link_of(load.body)
         frame, modes = self.links[i], self._modes(i)
         n = 6 + modes.stop - modes.start
@@ -341,5 +395,5 @@ class TreeTangent:
         for i in range(len(self.links) - 1, -1, -1):
             parent = int(self.rows[i]["parent"])
             link = -1 if parent == len(self.links) else parent
-            self._inward(link, self.ways[i], self.wrench[i], self.wrench_columns[i])
+            self._inward(link, self.ways[i], self.wrench[i], self.sizes[i], self.wrench_columns[i])
         return self.found

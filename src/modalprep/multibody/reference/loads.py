@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from modalprep.multibody.elements import registry
@@ -35,12 +37,34 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     def interface(body: str, k: int) -> Point:
         return interface_point(states[body], k)
 
-    def frame(body: str, k: int) -> Frame:
-        return interface(body, k).frame
-
     total = registry.dense(system, packed, Scene(system, states, interface, t), y)
-    wrenches, tau = callback_loads(system, packed, t, State(system, packed, y, motion, frame))
-    total = plus(total, DenseLoads(tau, float(tau @ y[packed.nx :]), 0.0, 0.0))
+    return plus(total, _called(system, packed, y, motion, t, interface))
+
+
+def called_forces(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
+    """Return the generalised forces (nu,) of all callbacks; arguments as `dense.link_states`.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.model.loads import Callback
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> motor = Callback(name="motor", function=lambda t, state: {"hinge": 3.0})
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), loads=(motor,))
+    >>> called_forces(arm, pack(arm), np.zeros(4), np.zeros((1, 3)), 0.0)
+    array([3., 0.])
+    """
+    states = dict(zip(system.order, seen_states(system, body_states(system, packed, y, motion)), strict=True))
+    return _called(system, packed, y, motion, t, lambda body, k: interface_point(states[body], k)).f
+
+
+def _called(
+    system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float, interface: Callable[[str, int], Point]
+) -> DenseLoads:
+    state = State(system, packed, y, motion, lambda body, k: interface(body, k).frame)
+    wrenches, tau = callback_loads(system, packed, t, state)
+    total = DenseLoads(tau, float(tau @ y[packed.nx :]), 0.0, 0.0)
     for w in wrenches:
         total = plus(total, wrench_at(interface(w.body, w.interface), w.force, w.torque))
     return total

@@ -185,4 +185,4 @@ def _refuse_inputs(table: AnalysisTable, system: System, pending: set[str]) -> N
         Input(evaluator, name)
     for name in table.outputs:
         if not _is_pending(name, pending):
-            output(evaluator, name, evaluator.start)
+            output(evaluator, name)
