@@ -25,8 +25,8 @@ SOURCE = Path(__file__).with_name("pinocchio_loop.cpp")
 INCLUDES = (Path(sysconfig.get_path("purelib")) / "cmeel.prefix/include", Path("/usr/include/eigen3"))
 
 
-def pinocchio(count: int) -> Callable[[int], None] | None:
-    """Return a call of Pinocchio's ABA from Python, a number of times; None where it is not installed."""
+def _pinocchio_model(count: int):
+    """Return the library and its model of a chain; None where it is not installed."""
     try:
         import pinocchio as pin
     except ImportError:
@@ -37,6 +37,14 @@ def pinocchio(count: int) -> Callable[[int], None] | None:
         joint = pin.JointModelRZ() if i % 2 == 0 else pin.JointModelRY()
         parent = model.addJoint(parent, joint, place, f"j{i}")
         model.appendBodyToJoint(parent, pin.Inertia(LINK.m, CENTRE, np.diag(INERTIA)), pin.SE3.Identity())
+    return pin, model
+
+
+def pinocchio(count: int) -> Callable[[int], None] | None:
+    """Return a call of Pinocchio's ABA from Python, a number of times; None where it is not installed."""
+    if (found := _pinocchio_model(count)) is None:
+        return None
+    pin, model = found
     data, rng, aba = model.createData(), np.random.default_rng(0), pin.aba
     q, v, tau = 0.1 * rng.standard_normal(count), 0.1 * rng.standard_normal(count), np.zeros(count)
 
@@ -45,6 +53,15 @@ def pinocchio(count: int) -> Callable[[int], None] | None:
             aba(model, data, q, v, tau)
 
     return call
+
+
+def pinocchio_derivatives(count: int) -> Callable[[], object] | None:
+    """Return a call of Pinocchio's derivatives of the inverse dynamics; None where it is not installed."""
+    if (found := _pinocchio_model(count)) is None:
+        return None
+    pin, model = found
+    data, (q, v, a) = model.createData(), 0.1 * np.random.default_rng(0).standard_normal((3, count))
+    return lambda: pin.computeRNEADerivatives(model, data, q, v, a)
 
 
 def mujoco(count: int) -> Callable[[int], None] | None:

@@ -1,7 +1,7 @@
 """Derivatives of closed loops: of the rates and accelerations of their conditions, and of the forces they exert.
 
 A condition is a product of vectors of the ends. Each vector is followed with its rate and its second derivative in
-time, and with what coordinates and speeds change these by (theory 5.7).
+time, and with what coordinates and speeds change these by (theory 5.8).
 """
 
 from __future__ import annotations

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.inverse_closed import drive_loops
+from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
@@ -309,12 +310,9 @@ class _Guided:
         scale = self.evaluator.scale[self.left]
         lift = np.eye(evaluator.nu)[:, left] * scale
         for _ in range(MAX_STEPS):
-
-            def residual(z: np.ndarray, y: np.ndarray = y) -> np.ndarray:
-                return scale * evaluator.required(evaluator.moved(y, lift @ z), udot)[left]
-
-            K, _ = jacobian(residual, np.full(len(left), 1e-2))
-            step = -np.linalg.solve(K, residual(np.zeros(len(left)))) if len(left) else np.zeros(0)
+            residual = scale * evaluator.required(y, udot)[left]
+            K = SystemTangent(Chart(evaluator, y), udot).K[np.ix_(left, left)]
+            step = -np.linalg.solve(K * np.outer(scale, scale), residual) if len(left) else np.zeros(0)
             y = evaluator.moved(y, lift @ step)
             if np.abs(step).max(initial=0.0) < CONVERGED:
                 return y

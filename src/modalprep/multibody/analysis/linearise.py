@@ -78,7 +78,7 @@ def linearise(
     References
     ----------
     A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 9.4 (independent coordinates of closed loops);
-    theory 5.6 and 5.7.
+    theory 5.6 and 5.8.
     R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008, chapter 2 (spatial vectors).
     L. F. Richardson, The deferred approach to the limit, Phil. Trans. R. Soc. A 226 (1927) 299.
 

@@ -110,7 +110,7 @@ class GivenAccelerations:
 
 
 class SystemTangent:
-    """The exact derivatives of the inverse dynamics of a system about the state of a chart (theory 5.7).
+    """The exact derivatives of the inverse dynamics of a system about the state of a chart (theory 5.8).
 
     Those of callbacks alone are found by differences.
 
@@ -187,15 +187,20 @@ class SystemTangent:
             raise SimulationError("cannot linearise: the forces do not exist near this state; use another state")
         return J, error
 
+    @property
+    def K(self) -> np.ndarray:
+        """The derivative (nu, nu) of the forces of the tree by its coordinates, those of callbacks too."""
+        return self.found.K - (0.0 if self.called is None else np.hsplit(self.called[0], 2)[0])
+
     def equations(self, N: np.ndarray) -> Tangent:
         """Return the matrices in the independent coordinates; N as in `linearise`."""
         R, found, scale = self.chart.R, self.found, self.chart.evaluator.scale
-        K, D = found.K, found.D
+        K, D = self.K, found.D
         K_error = ROUND_OFF * EPS * (found.size[:, None] / scale + found.stiffness)
         D_error = np.zeros_like(D)
         if self.called is not None:
-            (K_called, D_called), (K_off, D_off) = (np.hsplit(part, 2) for part in self.called)
-            K, D, K_error, D_error = K - K_called, D - D_called, K_error + K_off, D_error + D_off
+            K_off, D_off = np.hsplit(self.called[1], 2)
+            D, K_error, D_error = D - np.hsplit(self.called[0], 2)[1], K_error + K_off, D_error + D_off
         across = np.abs(R)
         M = R.T @ found.M @ R
         return Tangent(

@@ -1,4 +1,4 @@
-"""Derivatives of the inverse dynamics of a tree: one sweep of columns outward, one inward (theory 5.7).
+"""Derivatives of the inverse dynamics of a tree: one sweep of columns outward, one inward (theory 5.8).
 
 A column of a frame says what one coordinate or speed changes by: the twist of the frame, ``J``; the components of its
 velocity V; and ``b = da - dV x V`` of those of its acceleration a. Where a joint or an interface has no part in a

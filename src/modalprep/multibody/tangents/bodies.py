@@ -1,4 +1,4 @@
-"""The inertia forces of a body and their derivatives in closed form (theory 5.7)."""
+"""The inertia forces of a body and their derivatives in closed form (theory 5.8)."""
 
 from __future__ import annotations
 

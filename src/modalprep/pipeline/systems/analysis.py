@@ -61,7 +61,8 @@ class Analysed:
         """Notes on the validity of the results."""
         inverse = () if self.inverse is None else self.inverse.notes
         equilibrium = () if self.equilibrium is None else self.equilibrium.notes
-        return (*equilibrium, *_instabilities(self.modes), *self.sweep_notes, *inverse)
+        linear = () if self.linear is None else self.linear.notes
+        return (*equilibrium, *_instabilities(self.modes), *linear, *self.sweep_notes, *inverse)
 
     @property
     def audits(self) -> tuple[Requirement, ...]:

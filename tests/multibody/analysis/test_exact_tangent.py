@@ -1,0 +1,186 @@
+"""Exact derivatives of the inverse dynamics, against high-order differences of the reference implementation."""
+
+import numpy as np
+import pytest
+from closures import closure_of
+from compare import assert_close
+from multibody.closed_trees import TYPES
+from multibody.depleted_trees import depleted_tree
+from multibody.loaded_trees import loaded_tree
+from multibody.trees import ROOTS, random_body, random_tree
+from size import seeds
+
+import modalprep as mp
+from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.independent_coordinates import Chart
+from modalprep.multibody.analysis.tangent import GivenAccelerations, SystemTangent
+from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.reference.equations import mass_and_force
+from modalprep.multibody.reference.loads import dense_loads
+
+T = 0.3
+EXACT = 1e-9  # of the largest entry: the differences have 1e-11
+ORBIT = mp.multibody.Orbit(rate=0.7, radius=12.0, inclination=0.9, argument_of_latitude=0.4, planet_spin=0.3,
+                           dipole=mp.multibody.Dipole(strength=2.0, radius=11.0, tilt=0.5, longitude=1.1))  # fmt: skip
+
+
+def random_motion(system, seed):
+    """A state with rates and accelerations, the coordinates away from the start."""
+    evaluator, rng = Evaluator(system, T), np.random.default_rng(seed)
+    y = evaluator.moved(evaluator.start, 0.3 * rng.standard_normal(evaluator.nu))
+    y[evaluator.nx :] = rng.standard_normal(evaluator.nu)
+    return evaluator, y, rng.standard_normal(evaluator.nu), rng
+
+
+def without_callbacks(system):
+    return system.with_(loads=tuple(x for x in system.loads if not isinstance(x, mp.multibody.Callback)))
+
+
+def assert_exact(system, seed):
+    """Along a random direction of the coordinates, and one of the speeds; the mass matrix entry by entry."""
+    evaluator, y, udot, rng = random_motion(system, seed)
+    found, motion = SystemTangent(Chart(evaluator, y), udot).found, evaluator.loading.motion.copy()
+    heavy = system.with_masses_at(T)
+
+    def equations(state):
+        M, f = mass_and_force(heavy, state, motion)
+        loads = dense_loads(system, evaluator.packed, state, motion, T)
+        return M + loads.mass, f + loads.f
+
+    def required(z):
+        state = evaluator.moved(y, z[0] * turn)
+        state[evaluator.nx :] = y[evaluator.nx :] + z[1] * rate
+        M, f = equations(state)
+        return M @ udot - f
+
+    turn, rate = rng.standard_normal((2, evaluator.nu))
+    J, _ = jacobian(required, np.array([0.02, 0.5]))
+    assert_close(found.K @ turn, J[:, 0], EXACT, name="K")
+    assert_close(found.D @ rate, J[:, 1], EXACT, name="D")
+    assert_close(found.M, equations(y)[0], 1e-12, name="M")
+
+
+@pytest.mark.parametrize("root", ROOTS)
+def test_trees_with_every_joint(root):
+    """Rigid and modal bodies with Kg and T, every kind of joint in motion."""
+    assert_exact(random_tree(12 + ROOTS.index(root), root=root), 3)
+
+
+@pytest.mark.parametrize("seed", seeds(6))
+def test_every_force_element(seed):
+    """Springs, bushings, forces on points and bodies, elements of joints beyond their limits, a planet."""
+    assert_exact(without_callbacks(loaded_tree(seed)), seed)
+
+
+@pytest.mark.parametrize("seed", seeds(4))
+def test_in_an_orbit_with_a_current(seed):
+    system = without_callbacks(loaded_tree(seed))
+    loads = [load for load in system.loads if not isinstance(load, mp.multibody.CentralGravity)]
+    wire = mp.multibody.Conductor(name="line", through=("b0.a", "b1.b", "b0.root"), current="1 + t")
+    assert_exact(system.with_(gravity=np.zeros(3), orbit=ORBIT, loads=(*loads, wire)), seed)
+
+
+@pytest.mark.parametrize("seed", seeds(4))
+def test_with_masses_that_leave(seed):
+    assert_exact(depleted_tree(seed, rate=0.1), seed)
+
+
+@pytest.mark.parametrize("seed", seeds(4))
+def test_rods_in_sheared_water(seed):
+    system = random_tree(seed, root=["free", "revolute", "prescribed"][seed % 3], most=1)
+    water = mp.multibody.Water(current=np.array([[1.0, 0.3, 0], [0.2, 0.5, -0.4], [0.0, 0.1, 0.7]]),
+                               depths=np.array([-9.0, 0.3, 9.0]), up=np.array([0.2, 0.9, -0.3]))  # fmt: skip
+    rods = [
+        mp.multibody.ImmersedRod(name=name, body=name, ends=ends, diameter=0.6, tangential_drag=0.3, water=water)
+        for name, ends in (("b0", ("a", "b")), ("b1", ("root", "a")))
+    ]
+    assert_exact(system.with_(loads=tuple(rods)), seed)
+
+
+def moving_loop(kind, seed):
+    """Two flexible arms that turn and slide on three axes each, closed at their ends by a closure of a type."""
+    rng = np.random.default_rng(seed)
+    arms = {name: random_body(rng, n) for name, n in (("left", 3), ("right", 2))}
+    joints = tuple(
+        mp.Joint(name=name, type="free", parent="ground", child=name, rate=0.0, position=rng.standard_normal(3))
+        for name in arms
+    )
+    options = {"second_axis": rng.standard_normal(3)} if kind == "universal" else {}
+    options |= {"length": "2 + sin(t)/3"} if kind == "distance" else {}
+    options |= {"path": ("1 + t", None, "cos(t)")} if kind == "position" else {}
+    closure = closure_of(name="close", type=kind, a="left.a", b="right.b", axis=rng.standard_normal(3), **options)
+    return mp.System(bodies=arms, joints=joints, closures=(closure,), gravity=np.array([1.0, -2.0, 3.0]))
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_every_closure_in_motion(kind):
+    """Against differences of the forces of closed states by the compiled equations, accelerations given."""
+    system = moving_loop(kind, TYPES.index(kind))
+    evaluator = Evaluator(system, T)
+    chart, rng = Chart(evaluator, evaluator.start), np.random.default_rng(7)
+    n = len(chart.independent)
+    y = chart.moved(0.1 * rng.standard_normal(n), rng.standard_normal(n))
+    chart = Chart(evaluator, y)
+    evaluator.load(y)
+    udot = evaluator.accelerations(np.zeros(evaluator.nu)).copy()
+    given, turn, rate = GivenAccelerations(chart, udot), *rng.standard_normal((2, n))
+    J, _ = jacobian(lambda z: given.force(chart.moved(z[0] * turn, z[1] * rate), given.own), np.array([0.01, 0.3]))
+    found = SystemTangent(chart, udot).equations(np.zeros((n, n)))
+    assert_close(found.K @ turn, J[:, 0], EXACT, name="K")
+    assert_close(found.D @ rate, J[:, 1], EXACT, name="D")
+
+
+@pytest.mark.parametrize("kind", ["weld", "revolute", "distance"])
+def test_stiffness_is_symmetric_where_forces_have_a_potential(kind):
+    """At rest on bushings, in gravity and with a loop, away from any symmetry."""
+    system = moving_loop(kind, 5)
+    if kind == "distance":
+        system = system.with_(closures=(system.closures[0].with_(length=2.0),))
+    soft = {"stiffness": np.full(6, 4000.0)}
+    held = tuple(mp.multibody.Bushing(name=name, between=("ground", f"{name}.root"), position=joint.position, **soft)
+                 for name, joint in zip(system.bodies, system.joints, strict=True))  # fmt: skip
+    bodies = {name: body.with_(K=1000 * body.K) for name, body in system.bodies.items()}
+    K = mp.static_equilibrium(system.with_(bodies=bodies, loads=held)).stiffness
+    assert_close(K, K.T, 1e-10)  # forces balance to 1e-12 of a scaled step
+
+
+def spun(law, element=()):
+    """A rod that turns fast on a hinge, with a law of its own."""
+    rod = mp.rigid_body("rod", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.diag([0.1, 0.3, 0.3]),
+                        interfaces={"root": np.zeros(3), "tip": np.array([1.0, 0, 0])})  # fmt: skip
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="rod", angle=0.4, elements=element)
+    return mp.System(bodies={"rod": rod}, joints=(hinge,), gravity=np.array([0, -9.81, 0]), loads=law)
+
+
+def test_callbacks_alone_are_differences_and_said():
+    """A spring and damper as a callback, and as an element of the joint."""
+
+    def spring(t, state):
+        hinge = state.joint("hinge")
+        return {"hinge": -30.0 * hinge.position - 0.7 * hinge.rate}
+
+    called = mp.linearise(spun((mp.multibody.Callback(name="spring", function=spring),)))
+    exact = mp.linearise(spun((), mp.multibody.HingeElement(stiffness=30.0, damping=0.7)))
+    np.testing.assert_allclose(called.A, exact.A, rtol=1e-10)
+    assert called.notes == ("by differences, all else exactly: callback 'spring'",)
+    assert exact.notes == ()
+
+
+def test_motions_of_interfaces_are_outputs_to_all_digits():
+    """Position, velocity and acceleration of a tip on a circle, and their derivatives, by hand."""
+    system = spun((), mp.multibody.HingeElement(stiffness=30.0))
+    names = [f"rod.tip.{what}.{axis}" for what in ("position", "velocity", "acceleration") for axis in "xy"]
+    names += ["rod.tip.rotation.z", "rod.tip.angular_velocity.z", "rod.tip.angular_acceleration.z"]
+    y = np.array([0.4, 3.0])
+    linear = mp.linearise(system, y, inputs=["hinge"], outputs=names)
+    c, s, w = np.cos(0.4), np.sin(0.4), 3.0
+    inertia = 1 / linear.B[1, 0]
+    a = -(30 * 0.4 + 2 * 9.81 * 0.5 * c) / inertia
+    by_x = -(30 - 2 * 9.81 * 0.5 * s) / inertia
+    expected = [
+        [-s, 0], [c, 0], [-w * c, -s], [-w * s, c],
+        [-a * c + w**2 * s - s * by_x, -2 * w * c], [-a * s - w**2 * c + c * by_x, -2 * w * s],
+        [1, 0], [0, 1], [by_x, 0],
+    ]  # fmt: skip
+    np.testing.assert_allclose(linear.C, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(linear.D[:, 0], np.array([0, 0, 0, 0, -s, c, 0, 0, 1]) / inertia, atol=1e-12)
