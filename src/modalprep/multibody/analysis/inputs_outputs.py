@@ -148,7 +148,8 @@ def _hinges(evaluator: Evaluator, joint: str) -> dict[str, tuple[int, list[int]]
     """Return the coordinates (0) and rates (1) of a joint by name, with their places among the speeds."""
     found: dict[str, list[tuple[int, list[int]]]] = {}
     for i in evaluator.packed.links_of(joint):
-        kind, u = KINDS[evaluator.packed.types[i]], int(evaluator.packed.model.links[i]["u"])
+        kind = KINDS[evaluator.packed.types[i]]
+        u = int(evaluator.packed.model.links[i]["u"])
         if kind.named:
             names = ("angle", "rate") if evaluator.packed.turns(i) else ("displacement", "speed")
             for part, name in enumerate(names):

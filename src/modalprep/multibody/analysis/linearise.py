@@ -177,15 +177,17 @@ def _outputs(
     R = exact.chart.R
     moved = np.hstack([R, np.zeros_like(R)]), np.hstack([exact.speeds_x, R])
     accelerations = np.hstack([exact.accelerations_x, exact.accelerations_u]) + R @ A
-    C, C_error, D = np.zeros((len(read), 2 * n)), np.zeros((len(read), 2 * n)), np.zeros((len(read), count))
+    C, C_error = np.zeros((2, len(read), 2 * n))
+    D = np.zeros((len(read), count))
     recovered = [k for k, each in enumerate(read) if each.value is not None]
     for k, each in enumerate(read):
         if each.slopes is not None:
             by_x, by_u, by_udot = each.slopes(exact.tree)
             C[k] = by_x @ moved[0] + by_u @ moved[1] + by_udot @ accelerations
-            D[k], C_error[k] = by_udot @ R @ B, np.abs(by_udot @ R) @ A_error
+            D[k] = by_udot @ R @ B
+            C_error[k] = np.abs(by_udot @ R) @ A_error
     if recovered:
-        values = [read[k].value for k in recovered]
+        values = [each.value for each in read if each.value is not None]
         found = Recovered(exact.chart, exact.tree.udot, applied, values).matrices(A, A_error, B)
         C[recovered], D[recovered], C_error[recovered] = found
     return C, D, C_error
@@ -195,7 +197,8 @@ class Recovered:
     """What is recovered near the state of a chart, as a function of coordinates, speeds, accelerations and inputs."""
 
     def __init__(self, chart: Chart, udot: np.ndarray, applied: Sequence[Input], read: Sequence[Callable]):
-        self.given, self.applied, self.read = GivenAccelerations(chart, udot), applied, read
+        self.given = GivenAccelerations(chart, udot)
+        self.applied, self.read = applied, read
 
     def values(self, z: np.ndarray) -> np.ndarray:
         """Return the outputs at changes ``[coordinates | speeds | accelerations | inputs]``."""

@@ -164,7 +164,8 @@ class SystemTangent:
         inverse, R, own = -chart.inverse, chart.R, chart.dependent
         self.speeds_x[own] = inverse @ rows.rate_x @ R
         by_x = rows.acceleration_x @ R + rows.acceleration_u @ self.speeds_x
-        self.accelerations_x[own], self.accelerations_u[own] = inverse @ by_x, inverse @ rows.acceleration_u @ R
+        self.accelerations_x[own] = inverse @ by_x
+        self.accelerations_u[own] = inverse @ rows.acceleration_u @ R
 
     def _called(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (nu, 2 nu) of the forces of callbacks by differences, and their estimated errors.

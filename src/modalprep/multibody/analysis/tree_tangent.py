@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.elements.dense import BodyState, Frame, Point, Scene
 from modalprep.multibody.elements.slopes import BodySlopes, EndSlopes, turning
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
@@ -131,7 +132,8 @@ class TreeTangent:
         self.system, self.packed = system, packed
         self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
-        self.found = Tangents(np.zeros(nu), *np.zeros((3, nu, nu)), np.zeros(nu), np.zeros((nu, nu)))
+        M, D, K, stiffness = np.zeros((4, nu, nu))
+        self.found = Tangents(np.zeros(nu), M, D, K, np.zeros(nu), stiffness)
         self.spin = ground_spin(system)
         self.ground = Moving(
             ONE,
@@ -190,7 +192,8 @@ class TreeTangent:
         return self.interfaces[link, node]
 
     def _interface(self, link: int, node: int) -> tuple[Moving, tuple[Crossing, ...]]:
-        body, frame = self.carried[link], self.links[link]
+        body = self.body_of(link)
+        frame = self.links[link]
         if not body.n:
             r = body.interface_position[node]
             crossing = Crossing(shift(ONE, r), NONE, slice(0, 0))
@@ -205,6 +208,12 @@ class TreeTangent:
         """Return the motion of a point of the ground."""
         crossing = Crossing(shift(ONE, position), NONE, slice(0, 0))
         return self._moved(self.ground, ONE, position, crossing, np.zeros(6), np.zeros(6))
+
+    def body_of(self, link: int) -> FlexibleBody:
+        """Return the body that a link carries."""
+        body = self.carried[link]
+        assert body is not None  # massless links have no interfaces
+        return body
 
     def modal(self, link: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, q' and q'' of a link's body."""
@@ -308,7 +317,7 @@ class TreeTangent:
         q, qd, _ = self.modal(i)
         V = frame.V - self._carried(frame)
         A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), np.zeros(3)])
-        return BodyState(frame.R, frame.p, V, frame.J, A, self.carried[i], q, qd, self._modes(i))
+        return BodyState(frame.R, frame.p, V, frame.J, A, self.body_of(i), q, qd, self._modes(i))
 
     def _carried(self, frame: Moving) -> np.ndarray:
         """Return the velocity (6,) of the ground where a frame is, in its axes."""
@@ -338,12 +347,12 @@ class TreeTangent:
     def _add_ends(self, load: EndSlopes) -> None:
         ends = [locate(self.system.bodies, end, end) for end in load.ends]
         moving = [k for k, end in enumerate(ends) if end is not None]
-        places = [(self.packed.link_of(ends[k][0]), ends[k][1]) for k in moving]
+        places = [(self.packed.link_of(end[0]), end[1]) for end in ends if end is not None]
         frames = [self.interface(*place)[0] for place in places]
         rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in moving])
         pose = np.vstack([on_both(frame.R) @ frame.J for frame in frames])
         rate = np.vstack([on_both(frame.R) @ self.seen_rates(frame) for frame in frames])
-        by_pose, by_rate = load.by_pose[np.ix_(rows, rows)], load.by_rate[np.ix_(rows, rows)]
+        by_pose, by_rate = (each[np.ix_(rows, rows)] for each in (load.by_pose, load.by_rate))
         self.found.stiffness[:] += np.abs(pose).T @ (np.abs(by_pose) @ np.abs(pose))
         columns = np.hstack([by_pose @ pose + by_rate @ rate, by_rate @ pose, np.zeros((len(rows), self.nu))])
         for k, (place, frame) in enumerate(zip(places, frames, strict=True)):

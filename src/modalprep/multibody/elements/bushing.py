@@ -187,7 +187,8 @@ def tangent(load: Bushing, scene: Scene) -> EndSlopes:
     a, b = (scene.end(end, load.position, load.rotation).frame for end in load.between)
     to_a = a.rotation.T
     r, v = to_a @ (b.position - a.position), to_a @ (b.velocity - a.velocity)
-    spin, w = to_a @ a.angular_velocity, to_a @ (b.angular_velocity - a.angular_velocity)
+    spin = to_a @ a.angular_velocity
+    w = to_a @ (b.angular_velocity - a.angular_velocity)
     x = scipy.spatial.transform.Rotation.from_matrix(to_a @ b.rotation @ load.free_rotation.T).as_rotvec()
     k, c = load.stiffness, load.damping
     moment, by_turn = _moment(x, k[3:])
@@ -196,7 +197,8 @@ def tangent(load: Bushing, scene: Scene) -> EndSlopes:
     turn, apart, turned = _relative(to_a)
     dr = apart + skew(r) @ turn  # of r by displacements and rotations, of its rate by velocities and spins
     dv = (skew(v) + skew(r) @ skew(spin)) @ turn - skew(spin) @ dr
-    dF, dM = -k[:3, None] * dr - c[:3, None] * dv, by_turn @ turned - c[3:, None] * (skew(w) @ turn)
+    dF = -k[:3, None] * dr - c[:3, None] * dv
+    dM = by_turn @ turned - c[3:, None] * (skew(w) @ turn)
     wrench = np.concatenate([-F, -M - cross_product(r, F), F, M])
     by_pose = np.vstack([-dF, -dM - skew(r) @ dF + skew(F) @ dr, dF, dM])
     by_pose -= np.vstack([skew(part) for part in wrench.reshape(4, 3)]) @ turn

@@ -87,20 +87,20 @@ def _segment(ends, environment, model, data, t):
 
 def dense(load: Conductor, scene: Scene) -> DenseLoads:
     """Return the forces, the dipole's field by rotations from the planet's axes: the reference implementation."""
-    orbit, total = scene.system.orbit, scene.nothing
-    if orbit is None or orbit.dipole is None:
-        return total
+    total = scene.nothing
     for ends in load.segments:
         a, b = (scene.end(end) for end in ends)
-        B, _ = _field(orbit, scene.t, (a.frame.position + b.frame.position) / 2)
+        B, _ = _field(scene.system.orbit, scene.t, (a.frame.position + b.frame.position) / 2)
         f = value_at(load.current, scene.t) * np.cross(b.frame.position - a.frame.position, B)
         for point in (a, b):
             total = plus(total, wrench_at(point, f / 2, np.zeros(3)))
     return total
 
 
-def _field(orbit: Orbit, t: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the field of the dipole at x, T, and its derivative by the place (3, 3)."""
+def _field(orbit: Orbit | None, t: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the field of the dipole at x, T, and its derivative by the place (3, 3); none without a dipole."""
+    if orbit is None or orbit.dipole is None:
+        return np.zeros(3), np.zeros((3, 3))
     d = orbit.dipole
     u = orbit.argument_of_latitude + orbit.rate * t
     to_orbit = scipy.spatial.transform.Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])
@@ -116,13 +116,12 @@ def _field(orbit: Orbit, t: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def tangent(load: Conductor, scene: Scene) -> EndSlopes:
     """Return the forces with their derivatives."""
-    orbit = scene.system.orbit
     ends = [end for pair in load.segments for end in pair]
     wrench, by_pose, by_rate = stacked(len(ends))
-    half = 0.0 if orbit is None or orbit.dipole is None else value_at(load.current, scene.t) / 2
-    for k, pair in enumerate(load.segments if half else ()):
+    half = value_at(load.current, scene.t) / 2
+    for k, pair in enumerate(load.segments):
         a, b = (scene.end(end).frame.position for end in pair)
-        B, slope = _field(orbit, scene.t, (a + b) / 2)
+        B, slope = _field(scene.system.orbit, scene.t, (a + b) / 2)
         for one in (12 * k, 12 * k + 6):
             wrench[one : one + 3] = half * cross(b - a, B)
             for other, sign in ((12 * k, -1.0), (12 * k + 6, 1.0)):

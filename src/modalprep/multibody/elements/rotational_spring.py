@@ -238,7 +238,8 @@ def tangent(load: RotationalSpring, scene: Scene) -> EndSlopes:
         own = slice(first, first + 3)
         out = sign * a.rotation
         wrench[own] = torque * (out @ G)
-        by_pose[own, 9:12], by_pose[own, 3:6] = out @ by_other @ to_a, out @ (by_both - by_other) @ to_a
+        by_pose[own, 9:12] = out @ by_other @ to_a
+        by_pose[own, 3:6] = out @ (by_both - by_other) @ to_a
         by_rate[own, 9:12] = out @ by_spin @ to_a
         by_rate[own, 3:6] = -by_rate[own, 9:12]
     return EndSlopes(load.between, wrench, by_pose, by_rate)
@@ -246,8 +247,8 @@ def tangent(load: RotationalSpring, scene: Scene) -> EndSlopes:
 
 def _twist_slopes(R: np.ndarray, n: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Return `twist` of a rotation R (3, 3), in its first axes, and the derivative of its direction by rotations."""
-    w, *v = scipy.spatial.transform.Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
-    v = np.array(v)
+    quaternion = scipy.spatial.transform.Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
+    w, v = float(quaternion[0]), quaternion[1:]
     s = v @ n
     size = w * w + s * s
     if size < TILTED:
@@ -260,7 +261,8 @@ def _twist_slopes(R: np.ndarray, n: np.ndarray) -> tuple[float, np.ndarray, np.n
 
 
 def _value_and_slope(knots: np.ndarray, x: float) -> tuple[float, float]:
-    return curve(knots, 0, len(knots), x)[1:]
+    _, value, slope = curve(knots, 0, len(knots), x)
+    return value, slope
 
 
 KIND = ElementKind(

@@ -53,9 +53,10 @@ def displacement(B: np.ndarray, D: np.ndarray, e: np.ndarray, motion: tuple) -> 
     Dq, Dqd, Dqdd = D @ q, D @ qd, D @ qdd
     tau_q, tau_qq = e @ Dq, np.tensordot(e, D, 1)
     tau = tau_q @ q / 2
-    (g, g1, g2, g3), (h, h1, h2, h3) = _with_third(shortening, tau), _with_third(swing, tau)
+    g, g1, g2, g3 = _with_third(shortening, tau)
+    h, h1, h2, h3 = _with_third(swing, tau)
     linear, second = B @ q, Dq @ q / 2
-    along, bow, third = h1 * linear + g1 * second, h2 * linear + g2 * second, h3 * linear + g3 * second
+    along, bow, third = (a * linear + b * second for a, b in ((h1, g1), (h2, g2), (h3, g3)))
     dp = h * B + g * Dq + np.outer(along, tau_q)
 
     def turned(z: np.ndarray, Dz: np.ndarray) -> np.ndarray:
