@@ -6,7 +6,7 @@ time, and with what coordinates and speeds change these by (theory 5.8).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -118,7 +118,7 @@ def conditions(tree: TreeTangent, loops: Loops, kept: np.ndarray) -> Conditions:
     return Conditions(*(np.array(part) for part in zip(*found, strict=True)))
 
 
-def _frame(tree: TreeTangent, end: np.void) -> Moving:
+def _frame(tree: TreeTangent, end: Any) -> Moving:
     if end["link"] < 0:
         return tree.on_ground(end["position"])
     return tree.interface(int(end["link"]), int(end["interface"]))[0]

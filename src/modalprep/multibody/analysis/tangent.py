@@ -141,7 +141,9 @@ class SystemTangent:
         for load in registry.tangents(self.tree.scene):
             self.tree.add(load)
         self.tree.add_joint_elements(loading.slope)
-        self.speeds_x, self.accelerations_x, self.accelerations_u = np.zeros((3, *chart.R.shape))
+        self.speeds_x = np.zeros_like(chart.R)
+        self.accelerations_x = np.zeros_like(chart.R)
+        self.accelerations_u = np.zeros_like(chart.R)
         if evaluator.loops is not None:
             self._close(evaluator.loops, required)
         self.found = self.tree.finish()
