@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.readers.nastran.cards import Card, read_cards
+from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.grids import deck_grids
+from modalprep.fe.readers.nastran.reader import read_cards
 
 LONGEST = 10**6  # rows of a table or a range
 

@@ -54,7 +54,10 @@ def test_a_run_goes_on_from_its_file(simulate):
 @pytest.mark.parametrize(
     ("keys", "says"),
     [
-        ('t_end = 1.0\nstart = "equilibruim"', "neither 'rest', 'quasi_static', 'equilibrium', 'steady' nor 'periodic'"),
+        (
+            't_end = 1.0\nstart = "equilibruim"',
+            "neither 'rest', 'quasi_static', 'equilibrium', 'steady' nor 'periodic'",
+        ),
         ('t_end = 1.0\nstart = "missing.h5"', "missing.h5 does not exist"),
         ("t_end = 1.0\nstart_time = 0.5", "start_time is the time of a run"),
         ('t_end = 1.0\nstart = { "bob.modal" = [1.0] }', "has 0 modal coordinates"),

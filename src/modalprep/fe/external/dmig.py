@@ -8,7 +8,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.external.entries import Labelled, labelled, mirrored
-from modalprep.fe.readers.nastran.cards import Card, read_cards
+from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.reader import read_cards
 
 SQUARE, SYMMETRIC = 1, 6  # forms IFO
 REAL = (1, 2)  # types TIN

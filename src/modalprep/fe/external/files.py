@@ -25,8 +25,8 @@ from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.deck_format import deck_format
 from modalprep.fe.readers.digest import NASTRAN, matrices_digest
-from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.grids import deck_grids
+from modalprep.fe.readers.nastran.reader import read_cards
 from modalprep.fe.readers.read import read_cells
 from modalprep.suggest import refuse_missing
 
@@ -231,7 +231,7 @@ def deck_nodes(path: Path) -> Mesh | None:
     if grids is None:
         return None
     if np.any(grids.cd):
-        raise grids.cards[int(np.flatnonzero(grids.cd)[0])].error(
+        raise grids.card(int(np.flatnonzero(grids.cd)[0])).error(
             "its displacement system (CD) is not the basic one; give the matrices in a deck with these grids, or "
             "export them with all displacements in basic axes"
         )

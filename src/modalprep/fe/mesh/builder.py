@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.fe.mesh.analysis import AnalysisCase, LoadSet
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Equation, Link, SupportSet
+from modalprep.fe.mesh.tables import Table
 from modalprep.fe.properties.properties import Property
 
 BLANK = {"ends": 0.0, "pins": 0.0, "integration": 0.0}  # data of cells that have none of their own; NaN for the others
@@ -29,7 +30,7 @@ class MeshBuilder:
     """
 
     def __init__(self) -> None:
-        self.cells: dict[str, list[list[int]]] = {}
+        self.cells: dict[str, Table] = {}
         self.groups: dict[str, dict[str, list[int]]] = {}
         self.properties: dict[str, Property] = {}
         self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
@@ -81,14 +82,30 @@ class MeshBuilder:
 
     def append(self, kind: str, nodes: list[int], group: str) -> int:
         """Append a cell to a group and return its row."""
-        rows = self.cells.setdefault(kind, [])
+        if kind not in self.cells:
+            self.cells[kind] = Table(len(nodes))
+        rows = self.cells[kind]
         rows.append(nodes)
         self.groups.setdefault(group, {}).setdefault(kind, []).append(len(rows) - 1)
         return len(rows) - 1
 
+    def extend(self, kind: str, nodes: np.ndarray) -> range:
+        """Append cells (k, nodes) and return their rows."""
+        if kind not in self.cells:
+            self.cells[kind] = Table(nodes.shape[1])
+        return self.cells[kind].extend(nodes)
+
+    def join(self, group: str, kind: str, rows: Iterable[int]) -> None:
+        """Append cells to a group by their rows."""
+        self.groups.setdefault(group, {}).setdefault(kind, []).extend(rows)
+
     def put(self, name: str, kind: str, row: int, value: np.ndarray | float) -> None:
         """Set a value that one cell has for itself."""
         self.data.setdefault((name, kind), {})[row] = np.asarray(value)
+
+    def put_all(self, name: str, kind: str, rows: Iterable[int], value: float) -> None:
+        """Set a value that each of some cells has."""
+        self.data.setdefault((name, kind), {}).update(dict.fromkeys(rows, np.asarray(value)))
 
     def fields(self) -> dict[str, Any]:
         """Return what has been collected, as the fields of `Mesh`."""
@@ -106,7 +123,7 @@ class MeshBuilder:
 
 
 def cell_data(
-    values: Mapping[tuple[str, str], Mapping[int, Any]], cells: Mapping[str, list]
+    values: Mapping[tuple[str, str], Mapping[int, Any]], cells: Mapping[str, Any]
 ) -> dict[str, dict[str, np.ndarray]]:
     """Return ``{name: {cell type: (n_cells, ...)}}`` of values by name, cell type and row.
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from modalprep.fe.readers.abaqus.lexer import read_blocks
 from modalprep.fe.readers.deck_format import BY_ENDING, deck_format
-from modalprep.fe.readers.nastran.cards import read_cards
+from modalprep.fe.readers.nastran.reader import read_cards
 from modalprep.program import file_digest
 
 NASTRAN = {ending for ending, name in BY_ENDING.items() if name == "nastran"}

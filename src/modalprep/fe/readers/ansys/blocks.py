@@ -5,8 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from modalprep.fe.readers.ansys.commands import Command, number
+import numpy as np
 
+from modalprep.fe.readers.ansys.commands import Command, number
+from modalprep.fe.readers.ansys.deck import ElementBlock
+
+HEAD = 11  # numbers of an element before its nodes
 ITEM = re.compile(r"(\d*)([IEFG])(\d+)(?:\.\d+)?(?:E\d+)?", re.IGNORECASE)
 MOST = 1000  # fields in a row
 
@@ -20,10 +24,10 @@ def layout(command: Command, k: int = 0) -> list[int]:
     >>> layout(Command(Path("a.cdb"), 1, ["NBLOCK"], ["(3i9,6e21.13e3)"]))
     [9, 9, 9, 21, 21, 21, 21, 21, 21]
     """
-    return [width for _, width in _items(command, k)]
+    return [width for _, width in columns(command, k)]
 
 
-def _items(command: Command, k: int = 0) -> list[tuple[str, int]]:
+def columns(command: Command, k: int = 0) -> list[tuple[str, int]]:
     """Return letter and width of each field of a format line, such as ``(1i7,2i9,6e21.13e3)``."""
     text = command.formats[k].replace(" ", "") if k < len(command.formats) else ""
     found = [ITEM.fullmatch(part) for part in text[1:-1].split(",")] if text[:1] + text[-1:] == "()" else [None]
@@ -61,10 +65,73 @@ def integers(command: Command, texts: list[str], line: int) -> list[int]:
         raise command.error(f"{' '.join(texts)!r} are not whole numbers; the block is damaged", line) from None
 
 
+def node_table(command: Command) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return numbers (n,) and six values (n, 6) of nodes in a table; None unless each has one number of its own."""
+    if command.table is None or columns(command)[0][0] != "I":
+        return None
+    labels = command.table[:, 0]
+    if not (labels > 0).all() or len(np.unique(labels)) < len(labels):
+        return None
+    count = sum(letter == "I" for letter, _ in columns(command))
+    values = np.zeros((len(labels), 6))
+    given = command.table[:, count : count + 6]
+    values[:, : given.shape[1]] = np.nan_to_num(given)
+    return labels.astype(int), values
+
+
+def element_table(command: Command) -> ElementBlock | None:
+    """Return the elements of a table with the key SOLID; None where a number is missing, or is there twice."""
+    table = command.table
+    if table is None or "SOLID" not in command.text(2) or table.shape[1] <= HEAD:
+        return None
+    blank = np.isnan(table)
+    if (blank[:, :-1] > blank[:, 1:]).any():
+        return None
+    filled = table.shape[1] - blank.sum(axis=1)
+    counts = np.nan_to_num(table[:, 8])
+    behind = np.maximum(HEAD + counts - table.shape[1], 0)  # numbers in the rows behind the first
+    steps = (1 + np.ceil(behind / table.shape[1])).astype(int)
+    first = _firsts(steps)
+    total = np.add.reduceat(filled, first)
+    counts = counts[first].astype(int)
+    labels = table[first, HEAD - 1]
+    whole = first[-1] + steps[first[-1]] == len(table) and (counts > 0).all() and (counts <= MOST).all()
+    if not (whole and (total == HEAD + counts).all() and (labels > 0).all() and len(np.unique(labels)) == len(labels)):
+        return None
+    attributes = table[first][:, [1, 0, 2, 3, 4]].astype(int)
+    nodes = _behind_heads(table, blank, total, counts)
+    return ElementBlock(labels.astype(int), attributes, counts, nodes, command.first + 1 + first)
+
+
+def _firsts(steps: np.ndarray) -> np.ndarray:
+    """Return the rows at which elements begin, when one at row k has ``steps[k]`` rows."""
+    found = np.arange(0, len(steps), steps[0])
+    if (steps[found] == steps[0]).all():
+        return found
+    rows = []
+    at = 0
+    while at < len(steps):
+        rows.append(at)
+        at += int(steps[at])
+    return np.array(rows)
+
+
+def _behind_heads(table: np.ndarray, blank: np.ndarray, total: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the nodes of elements that have `total` numbers and `counts` nodes, zeros behind the last."""
+    most = counts.max()
+    if (counts == most).all():
+        return table.reshape(len(counts), -1)[:, HEAD : HEAD + most].astype(int)
+    nodes = np.zeros((len(counts), most), dtype=int)
+    here = np.arange(most) < counts[:, None]
+    starts = np.cumsum(total) - counts
+    nodes[here] = table[~blank][(starts[:, None] + np.arange(most))[here]]
+    return nodes
+
+
 def node_rows(command: Command) -> Iterator[tuple[int, int, list[float]]]:
     """Yield line, number and six values of each node: coordinates and angles (degrees)."""
     widths = layout(command)
-    count = sum(letter == "I" for letter, _ in _items(command))
+    count = sum(letter == "I" for letter, _ in columns(command))
     for line, text in command.rows:
         fields = cut(text, widths)
         label = integers(command, fields[:1], line)[0]
@@ -95,6 +162,11 @@ def element_rows(command: Command) -> Iterator[tuple[int, list[int]]]:
 
 def members(command: Command) -> list[int]:
     """Return the numbers of a component, of which a negative one ends a range that the one before begins."""
+    table = command.table
+    if table is not None and (table >= 0).any(axis=1).all() and not (table < 0).any():
+        blank = np.isnan(table)
+        if not (blank[:, :-1] > blank[:, 1:]).any():
+            return table[~blank].astype(int).tolist()
     widths = layout(command)
     found = []
     for line, text in command.rows:

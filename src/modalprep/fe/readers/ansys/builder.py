@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.builder import MeshBuilder
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Link, Mesh
+from modalprep.fe.mesh.tables import Lookup
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
@@ -26,16 +29,20 @@ class Builder(MeshBuilder):
     def __init__(self, deck: Deck, units: Units) -> None:
         super().__init__()
         self.deck, self.units = deck, units
-        self.labels = np.array(sorted(deck.points))
-        self.points = np.array([deck.points[int(label)] for label in self.labels]).reshape(-1, 3)
+        self.labels, self.points = deck.points.sorted()
         self.listed = len(self.points)
-        self.row = {label: k for k, label in enumerate(self.labels.tolist())}
+        self.find = Lookup(self.labels)
         self.materials = Materials(deck, units)
         self.sections = Sections(deck, self.materials)
         self.bare = not deck.materials  # a mesh without materials
         self.turning: set[int] = set()  # rows of nodes of beams and shells, which have rotations
-        self.of_element: dict[int, list[tuple[str, int]]] = {}
+        self.placed: dict[str, list[tuple[Any, Sequence[int]]]] = {}  # labels of elements, and rows of their cells
         self.rigid: list[tuple[int, int]] = []  # pairs of nodes that MPC184 joins
+
+    @cached_property
+    def row(self) -> dict[int, int]:
+        """The rows of the nodes by number."""
+        return {label: k for k, label in enumerate(self.labels.tolist())}
 
     def nodes(self, element: Element, which: Iterable[int]) -> list[int]:
         """Return the rows of nodes of an element by their place in its list."""
@@ -65,7 +72,7 @@ class Builder(MeshBuilder):
                 element, f"nodes of this {kind} coincide in a way that Ansys does not define; mesh again"
             )
         row = self.append(kind, nodes, group)
-        self.of_element.setdefault(element.label, []).append((kind, row))
+        self.placed.setdefault(kind, []).append(([element.label], [row]))
         return row
 
     def group(self, element: Element, kinds: str, make: Callable[[Element], Property]) -> str:
@@ -120,12 +127,21 @@ class Builder(MeshBuilder):
 
     def _add_sets(self) -> None:
         """Add the components as groups; one with the name of a group joins it."""
+        placed = [(kind, *map(np.concatenate, zip(*own, strict=True))) for kind, own in self.placed.items()]
+        finds = [(kind, Lookup(labels), rows) for kind, labels, rows in placed if self.deck.element_sets]
         for name, labels in self.deck.element_sets.items():
-            for kind, row in (place for label in labels for place in self.of_element.get(label, [])):
-                self.groups.setdefault(name, {}).setdefault(kind, []).append(row)
+            self._add_element_set(name, np.array(labels, dtype=int), finds)
         for name, labels in self.deck.node_sets.items():
-            for label in (label for label in labels if label in self.row):
-                self.append("vertex", [self.row[label]], name)
+            rows = self.find(np.array(labels, dtype=int))
+            if (rows >= 0).any():
+                self.join(name, "vertex", self.extend("vertex", rows[rows >= 0, None]))
+
+    def _add_element_set(self, name: str, labels: np.ndarray, finds: list[tuple[str, Lookup, np.ndarray]]) -> None:
+        """Add the cells of elements to a group, kinds in the order in which the set has them."""
+        at = [(kind, find(labels), rows) for kind, find, rows in finds]
+        there = [(int(np.argmax(places >= 0)), kind, rows[places[places >= 0]]) for kind, places, rows in at]
+        for _, kind, rows in sorted((one for one in there if len(one[2])), key=lambda one: one[0]):
+            self.join(name, kind, rows.tolist())
 
     def _add_rigid(self) -> None:
         """Join the pairs of rigid beams that hang together to one link about their most frequent node."""

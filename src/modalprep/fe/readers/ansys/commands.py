@@ -1,29 +1,40 @@
-"""Commands of Ansys input files, and the blocks of numbers that follow some of them."""
+"""A command of an Ansys input file, with the block of numbers that follows it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from modalprep.errors import InputError
+import numpy as np
 
-BLOCKS = ("NBLO", "EBLO", "CMBL", "RLBL", "SECB", "ETBL")
+from modalprep.errors import InputError
+from modalprep.fe.readers.text import Lines
+
 FIRST = 4  # Ansys takes a command by its first four letters
-WHOLE_LINE = ("/TITLE", "/COM", "/STITLE", "C***", "/EOF")  # whose text is no list of fields
 EXPONENT = re.compile(r"([+-]?[\d.]+)([+-]\d+)")  # Fortran drops the E before an exponent of three digits
 
 
 @dataclass(slots=True)
 class Command:
-    """One command: `fields` begin with its name, `rows` are the lines of its block with their numbers."""
+    """One command: `fields` begin with its name; a block that is regular is a `table` of numbers in its columns."""
 
     path: Path
     line: int
     fields: list[str]
     formats: list[str] = field(default_factory=list)
-    rows: list[tuple[int, str]] = field(default_factory=list)
+    listed: list[tuple[int, str]] = field(default_factory=list)
+    table: np.ndarray | None = None
+    first: int = 0  # line of the table, from 0 on
+    lines: Lines | None = None
+
+    @property
+    def rows(self) -> list[tuple[int, str]]:
+        """The lines of its block with their numbers."""
+        if self.lines is None or self.table is None:
+            return self.listed
+        places = range(self.first, self.first + len(self.table))
+        return [(k + 1, self.lines[k].split("!")[0].rstrip()) for k in places]
 
     @property
     def key(self) -> str:
@@ -85,45 +96,3 @@ def number(command: Command, text: str, what: str, line: int | None = None) -> f
     if not abs(value) < 1e300:
         raise command.error(f"{what} {text!r} is not a number of a model; correct it", line)
     return value
-
-
-def commands(path: Path, text: str) -> Iterator[Command]:
-    """Yield the commands of a file in turn, each with its block."""
-    lines = text.splitlines()
-    at = 0
-    while at < len(lines):
-        at += 1
-        for fields in _split(lines[at - 1]):
-            command = Command(path, at, fields)
-            if command.key in BLOCKS:
-                at = _take_block(command, lines, at)
-            yield command
-
-
-def _split(line: str) -> Iterator[list[str]]:
-    """Yield the commands of a line, which ``$`` divides; a comment begins at ``!``."""
-    if line.strip().upper().startswith(WHOLE_LINE):
-        return
-    for part in line.split("!")[0].split("$"):
-        fields = [f.strip() for f in part.split(",")]
-        if "=" in fields[0]:
-            fields = ["*SET", *(f.strip() for f in part.split("=", 1))]
-        if fields[0]:
-            yield fields
-
-
-def _take_block(command: Command, lines: list[str], at: int) -> int:
-    """Take formats and rows of numbers, as far as they go, and return the line behind them."""
-    while at < len(lines):
-        line = lines[at].split("!")[0].rstrip()
-        stripped = line.lstrip()
-        if stripped.startswith("(") and not command.rows:
-            command.formats.append(stripped)
-        elif stripped == "-1":
-            return at + 1
-        elif stripped and stripped[0] in "0123456789+-.":
-            command.rows.append((at + 1, line))
-        elif stripped:
-            return at
-        at += 1
-    return at

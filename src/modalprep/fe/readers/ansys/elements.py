@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from modalprep.fe.mesh.mesh import Equation
@@ -41,30 +43,42 @@ def _places(b: Builder, element: Element, shape: str, table: dict, corners: int)
     return f"{shape}{COUNT[shape]}", [*own, *middle]
 
 
-def _solid(b: Builder, element: Element) -> None:
+def add_solid(b: Builder, element: Element) -> None:
+    """Add a brick, or what its corners leave of it."""
     if len(element.nodes) < 8:
         raise b.deck.error(element, f"it has {len(element.nodes)} nodes and needs 8 or 20; export the model again")
     kind, places = _places(b, element, _brick_shape(element.nodes), BRICKS, 8)
-    _add_solid(b, element, kind, places)
+    _add_cell(b, element, kind, places)
 
 
-def _tetra(b: Builder, element: Element) -> None:
+def add_tetra(b: Builder, element: Element) -> None:
+    """Add a tetrahedron."""
     if len(element.nodes) >= 8 and len(element.nodes) != 10:  # a brick of the same corners
-        _solid(b, element)
+        add_solid(b, element)
         return
     kind, places = _places(b, element, "tetra", TETRAS, 4)
-    _add_solid(b, element, kind, places)
+    _add_cell(b, element, kind, places)
 
 
-def _add_solid(b: Builder, element: Element, kind: str, places: list[int]) -> None:
-    b.refuse_without_element(element, kind, Solid)
-    name = b.group(element, "m", lambda e: Solid(material=b.materials.solid(e, e.material)))
-    nodes = b.cell_nodes(element, kind, places, 3)
-    row = b.cell(element, kind, nodes, name)
+def solid_group(b: Builder, element: Element) -> str:
+    """Return the group of a solid."""
+    return b.group(element, "m", lambda e: Solid(material=b.materials.solid(e, e.material)))
+
+
+def note_solids(b: Builder, element: Element, kind: str, rows: Iterable[int]) -> None:
+    """Say how solids like one are integrated."""
     if b.deck.types[element.type].name == "185" and b.deck.types[element.type].options.get(2, 0) == 1:
         b.deck.note(ONE_POINT)
     if _is_reduced(b, element) and kind in ("hexahedron20", "wedge15"):
-        b.put("integration", kind, row, 1.0 if kind == "hexahedron20" else 2.0)
+        b.put_all("integration", kind, rows, 1.0 if kind == "hexahedron20" else 2.0)
+
+
+def _add_cell(b: Builder, element: Element, kind: str, places: list[int]) -> None:
+    b.refuse_without_element(element, kind, Solid)
+    name = solid_group(b, element)
+    nodes = b.cell_nodes(element, kind, places, 3)
+    row = b.cell(element, kind, nodes, name)
+    note_solids(b, element, kind, [row])
     if system := b.system(element):
         b.put("frame", kind, row, system.axes_at(b.centre(nodes, b.points)))
 
@@ -247,22 +261,22 @@ ELEMENTS: dict[str, Entry] = {
     "LINK8": Entry("read", "Its initial strain is left out.", _link),
     "COMBIN14": Entry("approximated", "Its damping is left out.", _spring),
     "MASS21": Entry("read", "", _mass),
-    "SOLID45": Entry("approximated", OWN, _solid),
+    "SOLID45": Entry("approximated", OWN, add_solid),
     "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", _shell),
-    "SOLID92": Entry("read", "", _tetra),
-    "SOLID95": Entry("approximated", f"{FULLY} With KEYOPT(11) = 1 it is reduced.", _solid),
+    "SOLID92": Entry("read", "", add_tetra),
+    "SOLID95": Entry("approximated", f"{FULLY} With KEYOPT(11) = 1 it is reduced.", add_solid),
     "SURF154": Entry("no effect", "It carries loads; with a foundation or added mass it is refused.", _surface),
     "LINK180": Entry("read", "Tension-only bars act in both directions.", _link),
     "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", _shell),
     "MPC184": Entry("approximated", "Rigid beams and links are read, joints are refused.", _rigid),
-    "SOLID185": Entry("approximated", OWN, _solid),
-    "SOLID186": Entry("approximated", f"{FULLY} With KEYOPT(2) = 0, the default, it is reduced.", _solid),
-    "SOLID187": Entry("read", "", _tetra),
+    "SOLID185": Entry("approximated", OWN, add_solid),
+    "SOLID186": Entry("approximated", f"{FULLY} With KEYOPT(2) = 0, the default, it is reduced.", add_solid),
+    "SOLID187": Entry("read", "", add_tetra),
     "BEAM188": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
     "BEAM189": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
     "MESH200": Entry("no effect", "It has no stiffness."),
     "SHELL281": Entry("approximated", QUADRATIC, _shell),
-    "SOLID285": Entry("approximated", OWN, _tetra),
+    "SOLID285": Entry("approximated", OWN, add_tetra),
     "PIPE288": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
     "PIPE289": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
     **{f"CONTA{k}": Entry("refused", CONTACT) for k in (171, 172, 173, 174, 175, 176, 177, 178)},

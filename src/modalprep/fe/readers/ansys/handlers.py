@@ -6,7 +6,15 @@ import re
 
 import numpy as np
 
-from modalprep.fe.readers.ansys.blocks import element_rows, integers, members, node_rows, real_sets
+from modalprep.fe.readers.ansys.blocks import (
+    element_rows,
+    element_table,
+    integers,
+    members,
+    node_rows,
+    node_table,
+    real_sets,
+)
 from modalprep.fe.readers.ansys.commands import Command, number
 from modalprep.fe.readers.ansys.deck import Deck, Element, ElementType, FixedDof, SectionData
 from modalprep.fe.readers.ansys.systems import axes_of, local_system
@@ -22,6 +30,11 @@ def is_versioned(command: Command) -> bool:
 
 def nblock(deck: Deck, command: Command) -> None:
     """Read nodes with their coordinates and angles."""
+    table = node_table(command)
+    if table and deck.points.add_table(table[0], table[1][:, :3]):
+        for k in np.flatnonzero(table[1][:, 3:].any(axis=1)).tolist():
+            deck.angles[int(table[0][k])] = table[1][k, 3:].tolist()
+        return
     for line, label, values in node_rows(command):
         _add_node(deck, command, label, values, line)
 
@@ -37,7 +50,7 @@ def node(deck: Deck, command: Command) -> None:
 def _add_node(deck: Deck, command: Command, label: int, values: list[float], line: int) -> None:
     if label < 1:
         raise command.error(f"node {label} has no positive number; correct it", line)
-    if deck.points.setdefault(label, values[:3]) != values[:3]:
+    if deck.points.listed().setdefault(label, values[:3]) != values[:3]:
         raise command.error(f"node {label} is there twice and differs; give every node its own number", line)
     if any(values[3:]):
         deck.angles[label] = values[3:]
@@ -45,6 +58,9 @@ def _add_node(deck: Deck, command: Command, label: int, values: list[float], lin
 
 def eblock(deck: Deck, command: Command) -> None:
     """Read elements; without the key SOLID their type is that of the last TYPE."""
+    table = element_table(command)
+    if table and deck.elements.add_block(table):
+        return
     solid = "SOLID" in command.text(2)
     for line, row in element_rows(command):
         if solid:
@@ -67,7 +83,7 @@ def element(deck: Deck, command: Command) -> None:
     if is_versioned(command):
         return
     first = 1 + (command.key == "EN")
-    label = command.integer(1, "element") if first > 1 else max(deck.elements, default=0) + 1
+    label = command.integer(1, "element") if first > 1 else deck.elements.highest + 1
     nodes = tuple(int(value) for value in command.reals(first))
     names = ("type", "material", "real", "section", "system")
     kind, material, real, section, system = (deck.attributes.get(name, int(name != "system")) for name in names)
@@ -78,14 +94,13 @@ def emore(deck: Deck, command: Command) -> None:
     """EMORE: further nodes of the last element."""
     if not deck.elements:
         raise command.error("no element stands before it; correct the file")
-    label, last = next(reversed(deck.elements.items()))
-    deck.elements[label] = last._replace(nodes=last.nodes + tuple(int(value) for value in command.reals(1)))
+    label, last = next(reversed(deck.elements.last.items()))
+    deck.elements.last[label] = last._replace(nodes=last.nodes + tuple(int(value) for value in command.reals(1)))
 
 
 def _add_element(deck: Deck, command: Command, found: Element) -> None:
-    if found.label in deck.elements:
+    if not deck.elements.add(found):
         raise command.error(f"element {found.label} is there twice; give every element its own number", found.line)
-    deck.elements[found.label] = found
 
 
 def attribute(deck: Deck, command: Command) -> None:
@@ -250,8 +265,10 @@ def named(deck: Deck, command: Command) -> None:
     if kind not in ("NODE", "ELEM") or first == UNKNOWN:
         deck.skipped.append((f"CM of {kind or 'nothing'} by a selection", f"line {command.line}"))
         return
-    sets, made = (deck.node_sets, deck.points) if kind == "NODE" else (deck.element_sets, deck.elements)
-    sets[command.fields[1]] = list(made)[first:]
+    if kind == "NODE":
+        deck.node_sets[command.fields[1]] = list(deck.points.listed())[first:]
+    else:
+        deck.element_sets[command.fields[1]] = deck.elements.labels[first:]
 
 
 def local(deck: Deck, command: Command) -> None:

@@ -10,12 +10,14 @@ from pathlib import Path
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.ansys.alike import add_alike
 from modalprep.fe.readers.ansys.analysis import add_case
 from modalprep.fe.readers.ansys.builder import Builder
-from modalprep.fe.readers.ansys.commands import Command, commands
+from modalprep.fe.readers.ansys.commands import Command
 from modalprep.fe.readers.ansys.constraints import add_constraints
-from modalprep.fe.readers.ansys.deck import Deck, Element
+from modalprep.fe.readers.ansys.deck import Deck, Element, ElementBlock
 from modalprep.fe.readers.ansys.elements import BY_NUMBER, ELEMENTS
+from modalprep.fe.readers.ansys.lexer import commands
 from modalprep.fe.readers.ansys.registry import BY_LETTERS, COMMANDS
 from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
@@ -58,17 +60,19 @@ def read_ansys(path: Path, length: float, mass: float, ignore: Collection[str] =
     """
     content = path.read_bytes()
     ignored = {name.upper() for name in ignore}
+    sha256 = hashlib.sha256(content).hexdigest()
     deck = _deck(path, content, ignored)
+    del content
     if not deck.points or not deck.elements:
         what = "elements" if deck.points else "nodes"
         raise InputError(f"mesh file {path} holds no {what}; export the model by CDWRITE")
     builder = Builder(deck, Units(length=length, mass=mass))
-    for element in deck.elements.values():
-        _build(builder, element, ignored)
+    for part in deck.elements.parts:
+        _build_part(builder, part, ignored)
     add_constraints(builder)
     add_case(builder)
     _refuse_absent(deck, ignored)
-    mesh = builder.mesh(hashlib.sha256(content).hexdigest())
+    mesh = builder.mesh(sha256)
     return mesh.with_(notes=(*left_out(deck.skipped, ADVICE), *deck.notes))
 
 
@@ -87,7 +91,7 @@ def turned_nodes(path: Path) -> list[int]:
 
 def _deck(path: Path, content: bytes, ignored: set[str]) -> Deck:
     deck = Deck(path)
-    listed = list(commands(path, content.decode("utf-8-sig", errors="replace")))
+    listed = list(commands(path, content))
     _refuse_bare_commands(path, listed)
     for command in listed:
         _obey(deck, command, ignored)
@@ -116,13 +120,31 @@ def _obey(deck: Deck, command: Command, ignored: set[str]) -> None:
         entry.handle(deck, command)
 
 
+def _build_part(builder: Builder, part: ElementBlock | dict[int, Element], ignored: set[str]) -> None:
+    """Add elements: those of a block together where they are alike and regular."""
+    if isinstance(part, dict):
+        for element in part.values():
+            _build(builder, element, ignored)
+        return
+    for alike in part.uniform():
+        names = _names(builder.deck, alike.element(0))
+        if not (names and ignored.isdisjoint(names) and add_alike(builder, names[0], alike)):
+            for k in range(len(alike.labels)):
+                _build(builder, alike.element(k), ignored)
+
+
+def _names(deck: Deck, element: Element) -> tuple[str, ...]:
+    """Return the name of an element in Ansys' library, and its number there; nothing without a type."""
+    number = deck.types[element.type].name if element.type in deck.types else ""
+    return (BY_NUMBER.get(number, number), number) if number else ()
+
+
 def _build(builder: Builder, element: Element, ignored: set[str]) -> None:
     """Add an element by the handler of its type."""
     deck = builder.deck
     if element.type not in deck.types:
         raise deck.error(element, f"its type {element.type} is not in the deck; add its ET")
-    number = deck.types[element.type].name
-    name = BY_NUMBER.get(number, number)
+    name, number = _names(deck, element)
     if name in ignored or number in ignored:
         deck.skipped.append((f"elements {name}", f"line {element.line}"))
         return
@@ -132,7 +154,7 @@ def _build(builder: Builder, element: Element, ignored: set[str]) -> None:
         )
     entry = ELEMENTS[name]
     if entry.treatment == "refused":
-        count = Counter(e.type for e in deck.elements.values())[element.type]
+        count = Counter(e.type for e in deck.elements)[element.type]
         raise deck.error(
             element, f"{name} cannot be read ({count} elements): {entry.remark.rstrip('.')}; or name {name} in 'ignore'"
         )

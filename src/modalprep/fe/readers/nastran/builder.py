@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -36,9 +37,19 @@ class Builder(MeshBuilder):
         self.listed = len(grids.points)
         self.scalar_masses: dict[int, tuple[Card, np.ndarray]] = {}  # by row of the grid: first card, six sums
         self.fluid = 0  # elements of the fluid, which are left out
-        self.places: dict[int, list[tuple[str, str, int]]] = {}  # group, kind and row of the cells of an element
+        # ids of elements, and group, kind and rows of their cells
+        self.placed: list[tuple[Sequence[int] | np.ndarray, str, str, list[int]]] = []
         self.apart: list[tuple[Card, list[int]]] = []  # elements between scalar points
         self.normal: list[Card] = []  # shells with x of their MCID along the normal
+
+    @cached_property
+    def places(self) -> dict[int, list[tuple[str, str, int]]]:
+        """Group, kind and row of the cells of each element, once all are there."""
+        found: dict[int, list[tuple[str, str, int]]] = {}
+        for ids, group, kind, rows in self.placed:
+            for number, row in zip(np.array(ids).tolist(), rows, strict=True):
+                found.setdefault(number, []).append((group, kind, row))
+        return found
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
         """Read an element card by its handler; a repeated card with the same content is skipped."""
@@ -57,7 +68,7 @@ class Builder(MeshBuilder):
         if len(set(nodes)) < len(nodes):
             raise card.error("it names a grid twice; give every corner its own grid")
         row = self.append(kind, nodes, group)
-        self.places.setdefault(card.id, []).append((group, kind, row))
+        self.placed.append(([card.id], group, kind, [row]))
         return row
 
     def section(self, card: Card, family: str, default: int | None = None) -> str:

@@ -31,6 +31,11 @@ class Continuations:
         self._assumed: dict[str, str] = {}  # places of lines that went on with the card before them, by marker
         self._markers: dict[int, str] = {}  # of the last lines of cards, by identity
 
+    @property
+    def settled(self) -> bool:
+        """Whether no line of the past has to do with the markers of cards that follow."""
+        return not self._orphans and not self._assumed
+
     def begin(self, card: Growing, line: Line) -> None:
         """Open a new card, and add the lines that stand before it."""
         self._wait(card, line.marker)

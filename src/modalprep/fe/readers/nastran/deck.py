@@ -14,14 +14,17 @@ from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran import constraints as nastran_constraints
 from modalprep.fe.readers.nastran import links as nastran_links
+from modalprep.fe.readers.nastran.alike import add_alike
 from modalprep.fe.readers.nastran.analysis import add_cases
 from modalprep.fe.readers.nastran.builder import Builder, Gaps
-from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
+from modalprep.fe.readers.nastran.cards import INTEGER, Card
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.handedness import turn_left_handed
 from modalprep.fe.readers.nastran.nonstructural import add_nonstructural_mass
 from modalprep.fe.readers.nastran.points import add_scalar_masses
+from modalprep.fe.readers.nastran.reader import Deck, one_by_one, read_cards
 from modalprep.fe.readers.nastran.registry import REGISTRY, Table, refuse_surplus, unused
+from modalprep.fe.readers.nastran.runs import CardBlock
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
 from modalprep.fe.readers.units import Units
 
@@ -82,29 +85,48 @@ def read_nastran(
 
 
 def _mesh_of_parts(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None) -> Mesh:
-    parts = sections(deck.cards)
+    parts = sections(deck.entries)
     if len(parts) == 1:
-        mesh = _mesh(path, deck, units, ignore, gaps)
+        mesh = _mesh(path, replace(deck, entries=_with_blocks_alone(deck.entries)), units, ignore, gaps)
     else:
+        parts = {number: one_by_one(own) for number, own in parts.items()}
         mesh = read_parts(
-            parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units, ignore, gaps)
+            parts,
+            lambda k, own: _mesh(path, replace(deck, entries=own, ended=deck.ended or k > 0), units, ignore, gaps),
         )
     if all(kind == "vertex" for kind in mesh.cells):
         raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
     return mesh
 
 
+def _with_blocks_alone(entries: list[Card | CardBlock]) -> list[Card | CardBlock]:
+    """Return the entries with blocks one by one where other cards may have their ids, or defaults of their fields."""
+    blocks = [entry for entry in entries if isinstance(entry, CardBlock)]
+    names = {entry.name for entry in entries if isinstance(entry, Card)}
+    split = {"GRID"} if "GRDSET" in names else set()
+    for name in {block.name for block in blocks} - split:
+        own = [
+            int(e.text(0)) for e in entries if isinstance(e, Card) and e.name == name and INTEGER.fullmatch(e.text(0))
+        ]
+        ids = np.concatenate([own, *(block.ids for block in blocks if block.name == name)])
+        if len(np.unique(ids)) < len(ids):
+            split.add(name)
+    return [one for e in entries for one in (one_by_one([e]) if e.name in split else [e])]
+
+
 def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None) -> Mesh:
-    tables, structure, notes = _sorted(deck.cards, ignore)
+    tables, grids, structure, notes = _sorted(deck.entries, ignore)
     if not deck.ended:
         notes.append("the deck has no ENDDATA; if it was cut short, elements are missing")
-    notes += unused(deck.cards)
-    grids = Grids(path, tables)
-    builder = Builder(tables, grids, replace(units, wtmass=_wtmass(tables)), gaps)
-    for card in structure:
-        handler = REGISTRY[card.name].handle
+    notes += unused(entry for entry in deck.entries if isinstance(entry, Card))
+    builder = Builder(tables, Grids(path, tables, grids), replace(units, wtmass=_wtmass(tables)), gaps)
+    for entry in structure:
+        if isinstance(entry, CardBlock) and add_alike(builder, entry):
+            continue
+        handler = REGISTRY[entry.name].handle
         assert handler is not None  # cards that are left out are not structure
-        builder.add(card, handler)
+        for card in one_by_one([entry]):
+            builder.add(card, handler)
     turn_left_handed(builder)
     add_scalar_masses(builder)
     add_nonstructural_mass(builder, path)
@@ -114,14 +136,23 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | N
     return builder.mesh(path, deck.sha256, notes)
 
 
-def _sorted(cards: list[Card], ignore: set[str]) -> tuple[Tables, list[Card], list[str]]:
-    """Return the cards that others refer to, by family and id, the elements and links, and notes on all others."""
+def _sorted(
+    entries: list[Card | CardBlock], ignore: set[str]
+) -> tuple[Tables, list[CardBlock], list[Card | CardBlock], list[str]]:
+    """Return the cards that others refer to, by family and id, blocks of grids, elements and links, and notes."""
     tables: Tables = {}
-    structure: list[Card] = []
+    grids: list[CardBlock] = []
+    structure: list[Card | CardBlock] = []
     others: dict[str, list[tuple[str, str]]] = {ADVICE: [], HARMLESS: [], IGNORED: []}
     refused: list[Card] = []
-    for card in cards:
+    for card in entries:
         entry = REGISTRY.get(card.name)
+        if isinstance(card, CardBlock):
+            if card.name in ignore:
+                others[IGNORED] += [(card.name, f"{card.file} line {card.run.first + 1}")] * len(card.values)
+            else:
+                (grids if card.name == "GRID" else structure).append(card)
+            continue
         place = (card.name[:16], f"{card.file} line {card.line}")
         if card.name in ignore:
             others[IGNORED].append(place)
@@ -139,7 +170,7 @@ def _sorted(cards: list[Card], ignore: set[str]) -> tuple[Tables, list[Card], li
             others[HARMLESS].append(place)
     if refused:
         raise _refusal(refused)
-    return tables, structure, [note for advice, found in others.items() for note in left_out(found, advice)]
+    return tables, grids, structure, [note for advice, found in others.items() for note in left_out(found, advice)]
 
 
 def _refusal(cards: list[Card]) -> InputError:

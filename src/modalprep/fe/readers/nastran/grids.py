@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.mesh.tables import Lookup
 from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.runs import CardBlock
 from modalprep.fe.readers.systems import BASIC, System
 
 Tables = dict[str, dict[int, Card]]
@@ -52,27 +55,52 @@ class Grids:
         Components of the permanent constraints PS.
     """
 
-    def __init__(self, path: Path, tables: Tables) -> None:
+    def __init__(self, path: Path, tables: Tables, blocks: Sequence[CardBlock] = ()) -> None:
         cards = [card for _, card in sorted(tables.get("grid", {}).items())]
-        if not cards:
+        if not cards and not blocks:
             raise InputError(f"{path.name}: the deck has no GRID; give a Nastran bulk data deck with its nodes")
         default = list(tables.get("GRDSET", {}).values())[-1:]
         cp, cd = (default[0].integer(k, "CP or CD", 0) if default else 0 for k in (1, 5))
         ps = default[0].text(6) if default else ""
-        self.cards = cards
-        self.ids = np.array([card.id for card in cards])
-        self.row = {number: i for i, number in enumerate(self.ids.tolist())}
-        self.cp = np.array([card.integer(1, "CP", cp, lowest=0) for card in cards])
-        self.cd = np.array([card.integer(5, "CD", cd, lowest=FLUID) for card in cards])
-        self.points = np.array([[card.real(k, f"X{k - 1}", 0.0) for k in (2, 3, 4)] for card in cards])
-        held = {i: card.text(6) or ps for i, card in enumerate(cards) if self.cd[i] != FLUID}
-        self.fixed = {i: components for i, components in held.items() if components not in ("", "0")}
+        values = np.concatenate([_values(cards, cp, cd), *(np.nan_to_num(block.values[:, :6]) for block in blocks)])
+        self._order = np.argsort(values[:, 0])
+        self._cards, self._blocks = cards, blocks
+        self.ids = values[self._order, 0].astype(int)
+        self.find = Lookup(self.ids)
+        self.cp = values[self._order, 1].astype(int)
+        self.cd = values[self._order, 5].astype(int)
+        self.points = np.ascontiguousarray(values[self._order, 2:5])
+        given = np.concatenate(
+            [[bool(card.text(6) or ps) for card in cards], *(block.values[:, 6] > 0 for block in blocks)]
+        )
+        held = {
+            i: self.card(i).text(6) or ps
+            for i in np.flatnonzero((given > 0)[self._order] & (self.cd != FLUID)).tolist()
+        }
+        self.fixed = {i: components for i, components in held.items() if components != "0"}
         self.scalar = _scalar_points(tables)
         self.systems = {0: BASIC}
         self._resolve(dict(tables.get("system", {})))
         for used in (self.cp, self.cd):
             for i in np.flatnonzero(~np.isin(used, [FLUID, *self.systems])):
-                raise cards[i].error(f"coordinate system {used[i]} is not in the deck; add its CORD2R card")
+                raise self.card(int(i)).error(f"coordinate system {used[i]} is not in the deck; add its CORD2R card")
+
+    @cached_property
+    def row(self) -> dict[int, int]:
+        """The rows of the grids by id."""
+        return {number: i for i, number in enumerate(self.ids.tolist())}
+
+    def card(self, i: int) -> Card:
+        """Return the card of a row."""
+        k = int(self._order[i])
+        if k < len(self._cards):
+            return self._cards[k]
+        k -= len(self._cards)
+        for block in self._blocks:
+            if k < len(block.values):
+                return block.card(k)
+            k -= len(block.values)
+        raise IndexError(i)
 
     def _place(self, number: int) -> None:
         rows = np.flatnonzero(self.cp == number)
@@ -132,6 +160,16 @@ class Grids:
     def displacement(self, i: int) -> np.ndarray:
         """Return the rows e1, e2, e3 of the displacement system of grid row `i`."""
         return self.systems[int(self.cd[i])].axes_at(self.points[i])
+
+
+def _values(cards: list[Card], cp: int, cd: int) -> np.ndarray:
+    """Return id, CP, X1, X2, X3 and CD of grids, blanks as GRDSET has them."""
+    found = np.zeros((len(cards), 6))
+    found[:, 0] = [card.id for card in cards]
+    found[:, 1] = [card.integer(1, "CP", cp, lowest=0) for card in cards]
+    found[:, 5] = [card.integer(5, "CD", cd, lowest=FLUID) for card in cards]
+    found[:, 2:5] = np.array([[card.real(k, f"X{k - 1}", 0.0) for k in (2, 3, 4)] for card in cards]).reshape(-1, 3)
+    return found
 
 
 def _scalar_points(tables: Tables) -> list[tuple[int, int]]:

@@ -12,19 +12,21 @@ def turn_left_handed(b: Builder) -> None:
     """Renumber solids whose edges are left-handed triads at every corner, with a note."""
     turned = [(kind, row) for kind in b.cells if CELLS[kind].dimension == 3 for row in _left_handed(b, kind)]
     for kind, row in turned:
-        nodes = b.cells[kind][row]
-        b.cells[kind][row] = [nodes[k] for k in mirrored(kind)]
+        b.cells[kind][row] = b.cells[kind].rows[row, mirrored(kind)]
     if turned:
-        first = next(number for number, places in b.places.items() if turned[0] in [place[1:] for place in places])
+        kind, row = turned[0]
+        first = next(ids[rows.index(row)] for ids, _, of, rows in b.placed if of == kind and row in rows)
         b.conversion.note(f"{len(turned)} solids are numbered left-handed and are turned (first element {first})")
 
 
 def _left_handed(b: Builder, kind: str) -> list[int]:
     cell = CELLS[kind]
-    x = b.grids.points[np.array(b.cells[kind])[:, : len(cell.corners)]]
-    triads = np.array(cell.triads())
-    edges = x[:, triads[:, 1:]] - x[:, triads[:, :1]]
-    return np.flatnonzero(np.all(np.linalg.det(edges) < 0, axis=1)).tolist()
+    nodes = b.cells[kind].rows[:, : len(cell.corners)]
+    rows = np.arange(len(nodes))
+    for corner, *ends in cell.triads():  # most solids are left after the first corner
+        x = b.grids.points[nodes[rows]]
+        rows = rows[np.linalg.det(x[:, ends] - x[:, [corner]]) < 0]
+    return rows.tolist()
 
 
 def mirrored(kind: str) -> list[int]:

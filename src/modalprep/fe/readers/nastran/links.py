@@ -101,7 +101,7 @@ def _supports(b: Builder) -> dict[str, dict[int, set[str]]]:
     """Return which components of which grids each set holds."""
     found: dict[str, dict[int, set[str]]] = {"grid_ps": {}}
     for node, text in b.grids.fixed.items():
-        found["grid_ps"][node] = digits_of(b.grids.cards[node], text)
+        found["grid_ps"][node] = digits_of(b.grids.card(node), text)
     for card in (card for name in SUPPORTS for card in b.tables.get(name, {}).values()):
         held = found.setdefault(f"spc_{card.id}", {})
         for number, text in _held_by(b, card):

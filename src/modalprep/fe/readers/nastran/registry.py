@@ -223,7 +223,7 @@ SAID_BESIDES = (
 )
 
 
-def unused(cards: list[Card]) -> tuple[str, ...]:
+def unused(cards: Iterable[Card]) -> tuple[str, ...]:
     """Return the note on fields and parameters that are left out; empty without any.
 
     Examples

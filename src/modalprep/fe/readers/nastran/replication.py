@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import re
 
+from modalprep.fe.readers.numbers import real
+
 INCREMENT = re.compile(r"\*\(?([+-]?[\d.][\dED.+-]*)\)?")
 COUNT = re.compile(r"=\(?(\d+)\)?")
 TOKEN = re.compile(r"=+|\*\(?[+-]?[\d.][\dED.+-]*\)?")
-NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[ED]?([+-]\d+)|[ED](\d+))?")
 
 
 def repeats(data: list[str]) -> bool:
@@ -85,7 +86,7 @@ def increased(text: str, step: str) -> str:
 
 
 def _number(text: str) -> float:
-    match = NUMBER.fullmatch(text)
-    if not match:
+    value = real(text)
+    if isinstance(value, str):
         raise ValueError(f"{text!r} is no number that can increase")
-    return float(f"{match[1]}e{match[2] or match[3] or 0}")
+    return value

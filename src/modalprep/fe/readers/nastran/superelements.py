@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from itertools import combinations
+from typing import Any
 
 from scipy.spatial import cKDTree
 
@@ -19,15 +20,15 @@ TOLERANCE = 1e-5  # of Nastran, in units of the deck
 Pair = tuple[tuple[int, int], tuple[int, int]]
 
 
-def sections(cards: list[Card]) -> dict[int, list[Card]]:
-    """Return the cards of each part by its number, those of the residual structure by 0.
+def sections(cards: list[Any]) -> dict[int, list[Any]]:
+    """Return the cards, also in blocks, of each part by its number, those of the residual structure by 0.
 
     Raises
     ------
     InputError
         When a part has no number, or a card moves, copies or replaces a part.
     """
-    found: dict[int, list[Card]] = {0: []}
+    found: dict[int, list[Any]] = {0: []}
     part = 0
     for card in cards:
         if card.name == "BEGIN":

@@ -1,0 +1,187 @@
+"""Decks of a box of bricks in many of the ways in which programs write them, and in some in which they should not."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+N = 3  # bricks along each edge
+
+
+def box() -> tuple[list[list[float]], list[list[int]]]:
+    """Return coordinates, with many digits and few, and the nodes of bricks, which count from 1."""
+    at = np.arange(N + 1)
+    z, y, x = (part.ravel() for part in np.meshgrid(at, at, at, indexing="ij"))
+    points = np.stack([x / 3 - 0.25, y * 1e-3, 1.25 * z], axis=1)
+    first = [i + (N + 1) * (j + (N + 1) * k) + 1 for k in range(N) for j in range(N) for i in range(N)]
+    corners = np.array([0, 1, N + 2, N + 1])
+    return points.tolist(), (np.array(first)[:, None] + [*corners, *(corners + (N + 1) ** 2)]).tolist()
+
+
+POINTS, BRICKS = box()
+
+
+def second(nodes: list[int]) -> list[int]:
+    """Return the nodes of a brick of second order, whose middles are other nodes of the box."""
+    return [*nodes, *[n for n in range(1, len(POINTS) + 1) if n not in nodes][:12]]
+
+
+# ------------------------------------------------------------------ Nastran
+
+
+PROPERTIES = "MAT1,7,2.1+11,,.3,7800.\nPSOLID,5,7\n"
+
+
+def short(value: float) -> str:
+    """Return a number in eight letters, its exponent without a letter."""
+    return f"{value:.3E}".replace("E-0", "-").replace("E+0", "+")
+
+
+def small(name: str, *fields: object, marker: str = "") -> str:
+    """Return a card in fields of eight letters; a marker ends each line that goes on."""
+    rows = ["".join(f"{field!s:>8}" for field in fields[k : k + 8]) for k in range(0, len(fields), 8)]
+    return "\n".join(
+        (f"{name if not k else marker:<8}{row}".ljust(72) + marker * (k + 1 < len(rows))).rstrip()
+        for k, row in enumerate(rows)
+    )
+
+
+def large(name: str, *fields: object) -> str:
+    """Return a card in fields of sixteen letters."""
+    rows = ["".join(f"{field!s:>16}" for field in fields[k : k + 4]) for k in range(0, len(fields), 4)]
+    return "\n".join(f"{'*' if k else name + '*':<8}{row}" for k, row in enumerate(rows))
+
+
+def grid(number: int, *x: float) -> str:
+    """Return a GRID in small fields."""
+    return small("GRID", number, "", *map(short, x))
+
+
+def chexa(*fields: object) -> str:
+    """Return a CHEXA in small fields."""
+    return small("CHEXA", *fields)
+
+
+def bdf(grid: Callable[..., str] = grid, brick: Callable[..., str] = chexa, between: str = "") -> str:
+    """Return a Nastran deck of cards that two functions write."""
+    grids = [grid(k, *x) for k, x in enumerate(POINTS, 1)]
+    bricks = [brick(k, 5, *nodes) for k, nodes in enumerate(BRICKS, 1)]
+    return "\n".join(["SOL 103", "CEND", "BEGIN BULK", *grids, between, *bricks, PROPERTIES + "ENDDATA", ""])
+
+
+def apart(k: int, p: int, *n: int) -> str:
+    """Return a CHEXA; the last one goes on behind another card."""
+    if k < len(BRICKS):
+        return chexa(k, p, *n)
+    return small("CHEXA", k, p, *n[:6]).ljust(72) + "+Z\nCONM2,90,1,,1.\n+Z      " + "".join(f"{m:>8}" for m in n[6:])
+
+
+BDF = {
+    "small": bdf(),
+    "large": bdf(
+        lambda k, *x: large("GRID", k, "", *(f"{v:.9E}".replace("E", "D") for v in x), 0, "", ""),
+        lambda *f: large("CHEXA", *f),
+    ),
+    "own markers": bdf(brick=lambda k, *f: small("CHEXA", k, *f, marker=f"+E{k}")),
+    "one marker": bdf(brick=lambda *f: small("CHEXA", *f, marker="+")),
+    "markers without a plus": bdf(brick=lambda k, *f: small("CHEXA", k, *f, marker=f"E{k}").replace("\nE", "\n+")),
+    "free": bdf(
+        lambda k, *x: f"GRID,{k},,{x[0]},{x[1]},{x[2]}",
+        lambda *f: "CHEXA," + ",".join(map(str, f[:8])) + ",+\n+," + ",".join(map(str, f[8:])),
+    ),
+    "comments between": bdf(between="$ bricks\n$"),
+    "a comment within": bdf(lambda k, *x: grid(k, *x) + "\n$ here" * (k == 40)),
+    "held grids": bdf(lambda k, *x: small("GRID", k, 0, *map(short, x), 0, "0123" if k < 9 else "")),
+    "defaults": bdf(between="GRDSET,,,,,,,456"),
+    "a system": bdf(
+        lambda k, *x: small("GRID", k, 4, *map(short, x), 4), between="CORD2C,4,,1.,0.,0.,1.,0.,1.,+\n+,2.,0.,0."
+    ),
+    "two properties": bdf(brick=lambda k, p, *n: chexa(k, 5 + k % 2, *n), between="PSOLID,6,7"),
+    "second order": bdf(brick=lambda k, p, *n: chexa(k, p, *second(n))).replace("PSOLID,5,7", "PSOLID,5,7,,2"),
+    "missing middles": bdf(brick=lambda k, p, *n: chexa(k, p, *second(n)[: 20 - (k == 9)])),
+    "a fluid": bdf().replace("PSOLID,5,7", "PSOLID,5,7,,,,,PFLUID"),
+    "left-handed": bdf(brick=lambda k, p, *n: chexa(k, p, *(n[4:] + n[:4] if k in (7, 9) else n))),
+    "the same again": bdf(between=f"{grid(5, *POINTS[4])}\n{chexa(1, 5, *BRICKS[0])}"),
+    "another grid of that number": bdf(between=grid(5, 7.0, 0.0, 0.0)),
+    "absent system": bdf(lambda k, *x: small("GRID", k, 9 if k == 30 else "", *map(short, x))),
+    "absent grid": bdf(brick=lambda k, p, *n: chexa(k, p, *n[:7], 999 if k == 20 else n[7])),
+    "a grid twice": bdf(brick=lambda k, p, *n: chexa(k, p, *n[:7], n[0] if k == 20 else n[7])),
+    "absent property": bdf(brick=lambda k, p, *n: chexa(k, 8 if k == 12 else p, *n)),
+    "no properties": bdf().replace(PROPERTIES, ""),
+    "SEID": bdf(lambda k, *x: small("GRID", k, "", *map(short, x), "", "", 3 if k == 9 else "")),
+    "sets and masses": bdf(between="CONM2,1,1,,5.\nSPC1,3,123,1,THRU,16\nNSM1,1,ELEMENT,1.,ALL"),
+    "replication": bdf(between="GRID,900,,9.,0.,0.\n=,*1,=,*1.,==\n=(3)"),
+    "the last goes on elsewhere": bdf(brick=apart),
+    "a line of no card": bdf(between="+Q      " + "       5"),
+    "shells": bdf(brick=lambda k, p, *n: small("CQUAD4", k, 4, *n[:4]), between="PSHELL,4,7,.01,7"),
+    "turned shells": bdf(brick=lambda k, p, *n: small("CQUAD4", k, 4, *n[:4], "10."), between="PSHELL,4,7,.01,7"),
+    "triangles": bdf(brick=lambda k, p, *n: small("CTRIA3", k, 4, *n[:3]), between="PSHELL,4,7,.01,7"),
+    "tetrahedra": bdf(brick=lambda k, p, *n: small("CTETRA", k, 5, n[0], n[1], n[3], n[4])),
+    "wedges": bdf(brick=lambda k, p, *n: small("CPENTA", k, 5, *n[:3], *n[4:7])),
+}
+
+
+# ------------------------------------------------------------------ Ansys
+
+
+def row(label: int, nodes: list[int], material: int = 1, system: int = 0) -> str:
+    """Return the lines of an element of an EBLOCK."""
+    numbers = [material, 1, 1, 1, system, 0, 0, 0, len(nodes), 0, label, *nodes]
+    return "\n".join("".join(f"{n:9d}" for n in numbers[k : k + 19]) for k in range(0, len(numbers), 19))
+
+
+def component(kind: str, name: str, numbers: list[int]) -> str:
+    """Return a CMBLOCK."""
+    rows = ["".join(f"{n:10d}" for n in numbers[k : k + 8]) for k in range(0, len(numbers), 8)]
+    return "\n".join([f"CMBLOCK,{name},{kind},{len(numbers):8d}", "(8i10)", *rows])
+
+
+def cdb(solid: Callable[..., str] = row, tail: str = "", kind: str = "185", points: list[list[float]] = POINTS) -> str:
+    """Return an Ansys file."""
+    rows = []
+    for k, values in enumerate(points, 1):
+        filled = max((j + 1 for j, value in enumerate(values) if value), default=0)
+        rows.append(f"{k:9d}{0:9d}{0:9d}" + "".join(f"{value:21.13E}" for value in values[:filled]))
+    elements = [solid(k, nodes) for k, nodes in enumerate(BRICKS, 1)]
+    head = ["/PREP7", f"ET,1,{kind}"]
+    head += [f"MP,{name},{k},{value}" for k in (1, 2) for name, value in (("EX", 1e11), ("PRXY", 0.3), ("DENS", 7800))]
+    nodes = [f"NBLOCK,6,SOLID,{len(rows):9d},{len(rows):9d}", "(3i9,6e21.13e3)", *rows, "N,R5.3,LOC,       -1,"]
+    blocks = [f"EBLOCK,19,SOLID,{len(elements):9d},{len(elements):9d}", "(19i9)", *elements, "       -1"]
+    return "\n".join([*head, *nodes, *blocks, tail, "FINISH", ""])
+
+
+FOOT = component("NODE", "FOOT", [*range(1, 41)])
+
+CDB = {
+    "bricks": cdb(tail=FOOT),
+    "sets": cdb(
+        tail="\n".join([FOOT, component("ELEM", "SOME", [*range(20, 0, -1), 27]), component("NODE", "R", [3, -9])])
+    ),
+    "absent in a set": cdb(tail=FOOT.replace("         7", "       700")),
+    "two materials": cdb(lambda k, n: row(k, n, 1 + (k > 9))),
+    "materials in turn": cdb(lambda k, n: row(k, n, 1 + k % 2)),
+    "collapsed": cdb(lambda k, n: row(k, [*n[:3], n[2], *([n[4]] * 4 if k % 3 else [*n[4:7], n[6]])])),
+    "pyramids": cdb(lambda k, n: row(k, [*n[:4], *[n[4]] * 4] if k > 5 else n)),
+    "coincident": cdb(lambda k, n: row(k, [*n[:7], n[0]] if k == 8 else n)),
+    "second order": cdb(lambda k, n: row(k, second(n)), kind="186"),
+    "missing middles": cdb(lambda k, n: row(k, [*second(n)[:19], 0 if k == 3 else second(n)[19]]), kind="186"),
+    "integrated fully": cdb(lambda k, n: row(k, second(n)), kind="186", tail="KEYOPT,1,2,1"),
+    "tetrahedra": cdb(lambda k, n: row(k, [n[0], n[1], n[3], n[4], *second(n)[8:14]]), kind="187"),
+    "orders in turn": cdb(lambda k, n: row(k, n if k % 2 else second(n)), kind="186"),
+    "one point": cdb(tail="KEYOPT,1,2,1"),
+    "systems": cdb(lambda k, n: row(k, n, system=11), tail="LOCAL,11,1,0,0,0"),
+    "absent system": cdb(lambda k, n: row(k, n, system=12 if k == 9 else 0)),
+    "absent node": cdb(lambda k, n: row(k, [*n[:7], 999 if k == 9 else n[7]])),
+    "absent type": cdb().replace("ET,1,185", "ET,2,185"),
+    "shells": cdb(lambda k, n: row(k, n[:4]), kind="181", tail="SECTYPE,1,SHELL\nSECDATA,.01,1"),
+    "angles": cdb(points=[[*x, 0.0, 0.0, 30.0 * (k == 3)] for k, x in enumerate(POINTS)], tail="D,4,UX,0."),
+    "node twice": cdb().replace("\n        7        0        0", "\n        6        0        0"),
+    "element twice": cdb(lambda k, n: row(k - (k == 5), n)),
+    "more elements": cdb(tail="TYPE,1\nMAT,1\nE,1,2,6,5,17,18,22,21\nEN,200,1,2,6,5,17,18,22,21"),
+    "the last goes on": cdb(tail="EMORE,1"),
+    "more nodes": cdb(tail="N,900,1,2,3\nN,1,-.25,0,0"),
+    "named by selections": cdb(tail="ALLSEL\nCM,EVERY,ELEM\nCM,THEM,NODE"),
+    "a comment within": cdb().replace("\n        1        1        1", "\n! here\n        1        1        1", 1),
+    "a blank line": cdb().replace("\n       -1\n", "\n\n       -1\n"),
+    "cut short": cdb()[:-300],
+    "bare": cdb().replace("MP,", "!MP,"),
+}
