@@ -68,9 +68,38 @@ def test_numbers_that_parts_share(read):
     assert mp.Support(node=206).nodes(mesh, np.arange(11)).tolist() == [6]
 
 
+def turned(x, y):
+    """A place of part 1 where it was made: a quarter of a turn away, and elsewhere."""
+    return 40.0 - y, x + 3.0
+
+
+def test_a_part_that_is_moved_into_place(read):
+    """Part 1 lies elsewhere in its own deck, with its orientations, a mass off its grid and a system of its own."""
+    extra = (
+        "GRID,90,,5.,1.,0.\nCORD2R,4,,5.,0.,0.,5.,0.,1.\n,6.,0.,0.\nGRID,91,4,2.,.5,0.,4\nCONM2,95,91,,8.,.3,.1,.2\n"
+    )
+    extra += ",1.,.1,2.,.2,.3,3.\nCBAR,92,1,8,91,0.,0.,1.\n"
+    residual = RESIDUAL + "GRID,97,,6.,0.,0.\nGRID,98,,5.,1.,0.\n"
+    whole = read(parts(residual, one=ONE + extra))
+    grids = "".join(f"GRID,{k + 1},,{turned(k, 0)[0]},{turned(k, 0)[1]},0.\n" for k in range(5, 11))
+    bars = "".join(BARS[5:]).replace("0.,1.,0.", "-1.,0.,0.")
+    cord = "CORD2R,4,,40.,8.,0.,40.,8.,1.\n,40.,9.,0.\n"
+    there = f"GRID,90,,39.,8.,0.\n{cord}GRID,91,4,2.,.5,0.,4\nCONM2,95,91,4,8.,.3,.1,.2\n,1.,.1,2.,.2,.3,3.\n"
+    there += "CBAR,92,1,8,91,0.,0.,1.\n"
+    moved = read(parts(residual + "SELOC,1,6,7,90,6,97,98\n", one=grids + bars + SECTION + there))
+    np.testing.assert_allclose(moved.points, whole.points, atol=1e-12)
+    found = [frequencies(mesh, ["part2_spc_1"]) for mesh in (moved, whole)]
+    np.testing.assert_allclose(*found, rtol=1e-10)
+
+
 BAD = {
     "no number": (WHOLE + "BEGIN SUPER\n", "the number of the superelement is missing"),
-    "moved": (parts(RESIDUAL + "SELOC,1,2,3,4\n"), "SELOC 1: it moves a part, which is not read"),
+    "mirrored": (parts(RESIDUAL + "SEMPLN,1,PLANE,2,3,4\n"), "SEMPLN 1: it mirrors a part, which is not read"),
+    "moved by a grid that is not there": (
+        parts(RESIDUAL + "SELOC,1,6,7,90,6,97,98\n", one=ONE + "GRID,90,,5.,1.,0.\n"),
+        r"SELOC 1: grids \[6, 97, 98\] are not in the residual structure",
+    ),
+    "moved by grids on a line": (parts("".join(GRIDS[5:8]) + "SELOC,1,6,7,8,6,7,8\n"), "lie on one line"),
     "external, number after a space": (
         "CEND\nBEGIN BULK\n" + RESIDUAL + "SEBULK,101,EXTOP4\nBEGIN SUPER      101\n" + ONE,
         "a part of type EXTOP4 is not read",

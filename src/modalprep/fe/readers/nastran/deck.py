@@ -26,6 +26,7 @@ from modalprep.fe.readers.nastran.reader import Deck, one_by_one, read_cards
 from modalprep.fe.readers.nastran.registry import REGISTRY, Table, refuse_surplus, unused
 from modalprep.fe.readers.nastran.runs import CardBlock
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
+from modalprep.fe.readers.systems import BASIC, System
 from modalprep.fe.readers.units import Units
 
 ADVICE = (
@@ -92,7 +93,9 @@ def _mesh_of_parts(path: Path, deck: Deck, units: Units, ignore: set[str], gaps:
         parts = {number: one_by_one(own) for number, own in parts.items()}
         mesh = read_parts(
             parts,
-            lambda k, own: _mesh(path, replace(deck, entries=own, ended=deck.ended or k > 0), units, ignore, gaps),
+            lambda k, own, basic: _mesh(
+                path, replace(deck, entries=own, ended=deck.ended or k > 0), units, ignore, gaps, basic
+            ),
         )
     if all(kind == "vertex" for kind in mesh.cells):
         raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
@@ -114,12 +117,12 @@ def _with_blocks_alone(entries: list[Card | CardBlock]) -> list[Card | CardBlock
     return [one for e in entries for one in (one_by_one([e]) if e.name in split else [e])]
 
 
-def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None) -> Mesh:
+def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None, basic: System = BASIC) -> Mesh:
     tables, grids, structure, notes = _sorted(deck.entries, ignore)
     if not deck.ended:
         notes.append("the deck has no ENDDATA; if it was cut short, elements are missing")
     notes += unused(entry for entry in deck.entries if isinstance(entry, Card))
-    builder = Builder(tables, Grids(path, tables, grids), replace(units, wtmass=_wtmass(tables)), gaps)
+    builder = Builder(tables, Grids(path, tables, grids, basic), replace(units, wtmass=_wtmass(tables)), gaps)
     for entry in structure:
         if isinstance(entry, CardBlock) and add_alike(builder, entry):
             continue

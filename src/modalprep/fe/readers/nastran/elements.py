@@ -16,6 +16,7 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import made
 from modalprep.fe.readers.nastran.properties import bush, bush_mass, flange, rod, spring
+from modalprep.fe.readers.systems import BASIC
 
 NORMAL = 1e-6  # sine of the angle to the normal below which an axis has no direction in a shell
 CHORDS = 16  # of the arc of a CBEND
@@ -63,7 +64,8 @@ def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[
     if b.bare or section is None:
         return
     number = section.integer(2, "CORDM", 0)
-    if number == 0 or b.conversion.materials[section.integer(1, "MID")].name == "MAT1":
+    in_place = number == 0 and b.grids.systems[0] is BASIC
+    if in_place or b.conversion.materials[section.integer(1, "MID")].name == "MAT1":
         return
     if number < 0:
         raise section.error("CORDM = -1 (axes of the element) is not read; give a coordinate system or 0")
@@ -174,7 +176,7 @@ def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Car
         raise card.error("its orientation is missing; give X1, X2, X3 or a grid G0")
     if source.is_integer(4) and not any(source.fields[5:7]):
         return b.grids.points[b.grids.node(source, 4, "G0")] - b.grids.points[nodes[0]]
-    axes = np.eye(3) if flags[:1] == "B" else b.grids.displacement(nodes[0])
+    axes = b.grids.systems[0].axes if flags[:1] == "B" else b.grids.displacement(nodes[0])
     return source.reals(4, 3, "X") @ axes
 
 

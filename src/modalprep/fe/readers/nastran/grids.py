@@ -51,11 +51,12 @@ class Grids:
         Ascending.
     points : (n, 3) float
     systems : {id: System}
+        That of number 0 is the basic one, or where a part stands in it.
     fixed : {row: str}
         Components of the permanent constraints PS.
     """
 
-    def __init__(self, path: Path, tables: Tables, blocks: Sequence[CardBlock] = ()) -> None:
+    def __init__(self, path: Path, tables: Tables, blocks: Sequence[CardBlock] = (), basic: System = BASIC) -> None:
         cards = [card for _, card in sorted(tables.get("grid", {}).items())]
         if not cards and not blocks:
             raise InputError(f"{path.name}: the deck has no GRID; give a Nastran bulk data deck with its nodes")
@@ -79,7 +80,9 @@ class Grids:
         }
         self.fixed = {i: components for i, components in held.items() if components != "0"}
         self.scalar = _scalar_points(tables)
-        self.systems = {0: BASIC}
+        self.systems = {0: basic}
+        if basic is not BASIC:
+            self._place(0)
         self._resolve(dict(tables.get("system", {})))
         for used in (self.cp, self.cd):
             for i in np.flatnonzero(~np.isin(used, [FLUID, *self.systems])):

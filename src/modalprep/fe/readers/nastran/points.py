@@ -85,9 +85,7 @@ def _mass(b: Builder, card: Card) -> None:
 def _conm1(b: Builder, card: Card) -> None:
     """A mass matrix (6, 6) that is one of a rigid body: its mass, offset and inertia."""
     node = b.grids.node(card, 1, "G")
-    axes = np.eye(3)
-    if cid := card.integer(2, "CID", 0, lowest=0):
-        axes = b.grids.system(card, cid).axes_at(b.grids.points[node])
+    axes = b.grids.system(card, card.integer(2, "CID", 0, lowest=0)).axes_at(b.grids.points[node])
     M = np.zeros((6, 6))
     M[np.tril_indices(6)] = card.reals(3, 21, "M")
     M += np.tril(M, -1).T

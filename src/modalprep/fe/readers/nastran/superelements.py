@@ -7,15 +7,18 @@ from collections.abc import Callable, Iterator
 from itertools import combinations
 from typing import Any
 
+import numpy as np
 from scipy.spatial import cKDTree
 
 from modalprep.fe.mesh.join import join_meshes
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.grids import system_from_points
+from modalprep.fe.readers.systems import BASIC, System
 
 NUMBER = re.compile(r"SUPER\s*=?\s*(\d+)")
-OWN = ("SEBULK", "SECONCT", "SETREE", "SEELT", "SEEXCLD", "SELABEL", "SEBNDRY", "SESET", "SECSET1", "SEQSET1")
-REFUSED = {"SELOC": "it moves a part", "SEMPLN": "it mirrors a part", "CSUPER": "its part has no cards of its own"}
+OWN = ("SEBULK", "SELOC", "SECONCT", "SETREE", "SEELT", "SEEXCLD", "SELABEL", "SEBNDRY", "SESET", "SECSET1", "SEQSET1")
+REFUSED = {"SEMPLN": "it mirrors a part", "CSUPER": "its part has no cards of its own"}
 TOLERANCE = 1e-5  # of Nastran, in units of the deck
 Pair = tuple[tuple[int, int], tuple[int, int]]
 
@@ -44,14 +47,18 @@ def sections(cards: list[Any]) -> dict[int, list[Any]]:
     return found
 
 
-def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card]], Mesh]) -> Mesh:
+def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card], System], Mesh]) -> Mesh:
     """Return the mesh of the residual structure and of all parts, joined by SECONCT and where grids coincide.
 
-    Groups and supports of part 2 begin with ``part2_``; `join_meshes` says which numbers the grids have.
+    SELOC puts a part where three of its grids lie on three of the residual structure. Groups and supports of part 2
+    begin with ``part2_``; `join_meshes` says which numbers the grids have.
     """
     own = {number: [card for card in cards if card.name not in OWN] for number, cards in parts.items()}
-    meshes = {number: build(number, cards) for number, cards in own.items() if any(c.name == "GRID" for c in cards)}
+    listed = {number: cards for number, cards in own.items() if any(c.name == "GRID" for c in cards)}
+    meshes = {number: build(number, cards, BASIC) for number, cards in listed.items()}
     tables = [card for cards in parts.values() for card in cards if card.name in OWN]
+    for card in (card for card in tables if card.name == "SELOC"):
+        meshes[card.id] = build(card.id, listed.get(card.id, []), _moved(card, meshes))
     manual = set()
     for card in (card for card in tables if card.name == "SEBULK"):
         if card.text(1) not in ("", "PRIMARY"):
@@ -61,6 +68,22 @@ def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card]], 
     same += _coincident({number: mesh for number, mesh in meshes.items() if number not in manual})
     rows = {number: {int(grid): k for k, grid in enumerate(mesh.labels)} for number, mesh in meshes.items()}
     return join_meshes(meshes, [((a, rows[a][i]), (b, rows[b][j])) for (a, i), (b, j) in same])
+
+
+def _moved(card: Card, meshes: dict[int, Mesh]) -> System:
+    """SELOC: the system that the basic one of a part becomes; the first grids coincide, the others give directions."""
+    triads = []
+    for part, first in ((card.id, 1), (0, 4)):
+        numbers = [card.integer(k, "a grid", lowest=1) for k in range(first, first + 3)]
+        if part not in meshes or not np.isin(numbers, meshes[part].labels).all():
+            raise card.error(
+                f"grids {numbers} are not in {f'part {part}' if part else 'the residual structure'}; add them"
+            )
+        mesh = meshes[part]
+        triads.append(system_from_points(card, mesh.points[np.searchsorted(mesh.labels, numbers)] / mesh.scale))
+    own, other = triads
+    turn = other.axes.T @ own.axes
+    return System("R", other.origin - turn @ own.origin, turn.T)
 
 
 def _instead(card: Card) -> str:
