@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from modalprep.formats.statefile import write_state as write_state
     from modalprep.formats.statespace import write_state_space as write_state_space
     from modalprep.formats.uff import write_uff as write_uff
+    from modalprep.formats.urdf import read_urdf as read_urdf
     from modalprep.formats.vtu import write_vtu as write_vtu
     from modalprep.formats.vtu import write_vtu_series as write_vtu_series
 else:  # type checkers would take any name

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
 
 
-MOTION, MATRICES, SHAPES, HUB = "equations of motion", "matrices", "mode shapes", "motion of the root"
+MOTION = "equations of motion"
+MATRICES = "matrices"
+SHAPES = "mode shapes"
+HUB = "motion of the root"
 
 
 @dataclass(frozen=True)

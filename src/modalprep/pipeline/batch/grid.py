@@ -21,6 +21,7 @@ from modalprep.pipeline.building.sources import mark_source, refuse_shared, rela
 from modalprep.pipeline.schema.base import first_message, named_files
 from modalprep.pipeline.schema.load import Loaded, read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.robot import with_robot
 
 LONGEST = 40  # characters of a value in a folder name
 MOST = 100_000  # combinations
@@ -94,7 +95,7 @@ def _jobs(file: Path, output: Path | None) -> Planned:
     except InputError:
         return [(Job(file, output), Needs())]
     if "grid" not in data:
-        return [(Job(file, output), _needs(file, validated(data)[0]))]
+        return [(Job(file, output), _needs(file, validated(data, file.parent)[0]))]
     return grid_jobs(file, data, output or file.parent / "output")
 
 
@@ -124,7 +125,7 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> Planned:
     def tables(job: Job) -> dict[str, Any]:
         return combined(file, base, dict(zip(grid, job.cell.values if job.cell else (), strict=True)), "[grid]")
 
-    problems = (validated(tables(job))[1] for job in jobs)  # up to the first valid combination
+    problems = (validated(tables(job), file.parent)[1] for job in jobs)  # up to the first valid combination
     if (problem := next(problems)) and all(problems):
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problem}")
     for job in jobs:
@@ -183,13 +184,15 @@ def combined(file: Path, base: dict[str, Any], chosen: dict[str, Any], source: s
     return data
 
 
-def validated(data: dict[str, Any]) -> tuple[Pipeline | None, str]:
-    """Return what tables describe, or None and why they are no pipeline file."""
+def validated(data: dict[str, Any], folder: Path) -> tuple[Pipeline | None, str]:
+    """Return what the tables of a file in a folder describe, or None and why they are no pipeline file."""
     try:
-        return Pipeline.model_validate(data), ""
+        return Pipeline.model_validate(with_robot(data, folder)), ""
     except ValidationError as error:
         where = ".".join(str(part) for part in error.errors()[0]["loc"])
         return None, f"{where}: {first_message(error)}".removeprefix(": ")
+    except InputError as error:  # in a robot file
+        return None, str(error)
 
 
 def _labels(values: Iterable[Any]) -> list[str]:
@@ -219,7 +222,7 @@ def _moved(data: dict[str, Any], pipeline: Pipeline | None, old: Path, new: Path
 
 def write_copy(file: Path, job: Job, data: dict[str, Any], head: str) -> Pipeline | None:
     """Write tables, made of those of a file, as the file of a job unless it is there; return what they describe."""
-    pipeline, _ = validated(data)
+    pipeline, _ = validated(data, file.parent)
     mark_source(job.folder, file)
     text = f"{head}\n{tomli_w.dumps(_moved(data, pipeline, file.parent, job.folder))}"
     if not job.file.is_file() or job.file.read_text(encoding="utf-8") != text:

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import PipelineName, first_message, named_files, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.robot import with_robot
 from modalprep.suggest import refuse_missing
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
@@ -114,7 +115,7 @@ def load(file: str | Path | Loaded) -> Loaded:
     text, data = read_toml(path)
     _refuse_odd_values(path, text, data, [])
     try:
-        pipeline = Pipeline.model_validate(data)
+        pipeline = Pipeline.model_validate(with_robot(data, path.parent))
     except ValidationError as error:
         raise InputError(_message(path, text, error)) from None
     if pipeline.grid:

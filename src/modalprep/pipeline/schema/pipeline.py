@@ -32,6 +32,7 @@ from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, Suppl
 from modalprep.pipeline.schema.responses.require import RequireTable
 from modalprep.pipeline.schema.responses.response import Response
 from modalprep.pipeline.schema.responses.strength import FatigueTable, ShockTable
+from modalprep.pipeline.schema.robot import RobotTable
 from modalprep.pipeline.schema.system import (
     BodyTable,
     ClosureTable,
@@ -84,6 +85,7 @@ OF_A_BODY = (
     "output.export",
 )
 OF_A_SYSTEM = (
+    "robot",
     "joints",
     "chains",
     "beams",
@@ -181,6 +183,7 @@ class Pipeline(ForceElements):
     welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
     synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
+    robot: RobotTable | None = None
     chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
     beams: dict[str, BeamTable] = Field({}, description="with large deflection, as rigid segments with springs")
     deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that deploy from a body")

@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.urdf import link_names, read_robot, refuse_moved
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -17,6 +18,7 @@ from modalprep.pipeline.building.build import current_body, read_bodies
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
+from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import rotation_matrix
 from modalprep.pipeline.schema.system import JointTable, Theory
 from modalprep.pipeline.systems.angles import implausible_angles
@@ -74,7 +76,20 @@ def system_of(source: Loaded, bodies: dict[str, FlexibleBody]) -> System | Deplo
         if pipeline.deployments:
             deployments = tuple(read_deployment(name, table, folder) for name, table in pipeline.deployments.items())
             return DeployingSystem(**parts, deployments=deployments)
-        return System(**parts, closures=closures, depletions=depletions, notes=implausible_angles(pipeline))
+        notes = (*implausible_angles(pipeline), *_robot_notes(pipeline, bodies, folder))
+        return System(**parts, closures=closures, depletions=depletions, notes=notes)
+
+
+def _robot_notes(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[str, ...]:
+    """Return what of the robot file is left out; refuse bodies whose interfaces are not those of their links."""
+    if pipeline.robot is None:
+        return ()
+    path = folder / pipeline.robot.file
+    flexible = [name for name, body in pipeline.bodies.items() if body.mass is None]
+    own = {name: bodies[name] for name in link_names(path) if name in flexible}
+    robot = read_robot(path, pipeline.robot.base, own)
+    refuse_moved(robot, own, str(path))
+    return robot.notes([name for name, joint in pipeline.joints.items() if joint.limits is not None])
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
