@@ -34,8 +34,8 @@ MAY_IMPORT = {
 LAYERS = {
     "fe": (
         "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
-        "readers.coverage", "readers.numbers", "readers.text", "readers.units", "readers.systems", "readers.nastran",
-        "readers.abaqus", "readers.ansys",
+        "readers.coverage", "readers.numbers", "readers.text", "readers.units", "readers.loads", "readers.systems",
+        "readers.nastran", "readers.abaqus", "readers.ansys",
         "readers", "generation", "forms", "terms", "assembly", "recovery", "sensitivity", "external",
     ),
     "multibody": (

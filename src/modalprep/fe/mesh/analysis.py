@@ -38,11 +38,23 @@ class LoadSet(Record):
     @classmethod
     def of_terms(cls, terms: Iterable[tuple[int, int, float]]) -> LoadSet:
         """Return the sum of terms (node, component 0 to 5, value in N or N m), mesh axes."""
-        total: dict[int, np.ndarray] = {}
-        for node, component, value in terms:
-            total.setdefault(node, np.zeros(6))[component] += value
-        values = np.array([total[node] for node in sorted(total)]).reshape(-1, 6)
-        return cls(nodes=np.array(sorted(total), dtype=int), forces=values[:, :3], moments=values[:, 3:])
+        nodes, components, values = np.array([*terms], dtype=float).reshape(-1, 3).T
+        own = np.zeros((len(nodes), 6))
+        own[np.arange(len(nodes)), components.astype(int)] = values
+        return cls.summed(nodes.astype(int), own)
+
+    @classmethod
+    def summed(cls, nodes: np.ndarray, values: np.ndarray) -> LoadSet:
+        """Return the sum of forces and moments ``values (k, 6)`` on ``nodes (k,)``, which may occur several times."""
+        own, row = np.unique(nodes, return_inverse=True)
+        total = np.zeros((len(own), 6))
+        np.add.at(total, row.ravel(), values)
+        return cls(nodes=own, forces=total[:, :3], moments=total[:, 3:])
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it has neither forces nor moments."""
+        return not (np.any(self.forces) or np.any(self.moments))
 
     def renumbered(self, place: np.ndarray) -> LoadSet:
         """Return the same load where node i is ``place[i]``."""

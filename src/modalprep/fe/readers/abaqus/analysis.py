@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,36 +10,34 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.analysis import AnalysisCase, Damping, LoadSet
 from modalprep.fe.mesh.cells import CELLS
-from modalprep.fe.mesh.face_forces import face_forces
+from modalprep.fe.mesh.face_forces import LoadedFace
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.readers.abaqus.deck import Deck, Key
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.sets import face_of, surface_of
 from modalprep.fe.readers.coverage import Entry
+from modalprep.fe.readers.loads import DeckLoad
 
 RETAINED = "retained"  # the group of the nodes that a substructure keeps
 ADVICE = "of this step these are not used"
 
 
 @dataclass
-class Step:
-    """One step: terms (node, component, value) of its loads in units of the deck, and what it says else."""
+class Step(DeckLoad):
+    """One step: its load in units of the deck, and what it says else."""
 
-    number: int
-    terms: list[tuple[int, int, float]] = field(default_factory=list)
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    number: int = 0
     modes: int | None = None
     band: tuple[float | None, float | None] = (None, None)
     damping: Damping | None = None
     said: list[str] = field(default_factory=list)
-    unread: list[tuple[str, str]] = field(default_factory=list)
 
 
 def read_steps(deck: Deck, blocks: list[Block], known: Mapping[str, Entry], quiet: set[str]) -> None:
     """Read the `known` keywords of the steps; others that are not `quiet` are said, as what cannot be read is."""
     steps: dict[int, Step] = {}
     for block in blocks:
-        step = steps.setdefault(block.step, Step(block.step))
+        step = steps.setdefault(block.step, Step(number=block.step))
         entry = known.get(block.keyword)
         try:
             if entry and entry.handle:
@@ -51,8 +49,8 @@ def read_steps(deck: Deck, blocks: list[Block], known: Mapping[str, Entry], quie
     deck.current["steps"] = [steps[number] for number in sorted(steps)]
 
 
-def cases(deck: Deck, supports: tuple[str, ...]) -> Iterator[AnalysisCase]:
-    """Yield what each step says, with the names of its loads and supports."""
+def cases(deck: Deck, supports: tuple[str, ...], loads: Collection[str]) -> Iterator[AnalysisCase]:
+    """Yield what each step says, with the names of its supports, and of its load among those of the mesh."""
     general = _of_materials(deck)
     for step in deck.current.get("steps", []):
         said = (*step.said, *left_out(step.unread, ADVICE), *([general[1]] if general else []))
@@ -60,7 +58,7 @@ def cases(deck: Deck, supports: tuple[str, ...]) -> Iterator[AnalysisCase]:
             number=step.number,
             name=f"step {step.number}",
             supports=supports,
-            loads=(f"step_{step.number}",) if any(value for _, _, value in step.terms) else (),
+            loads=(f"step_{step.number}",) if f"step_{step.number}" in loads else (),
             modes=step.modes,
             lowest=step.band[0],
             highest=step.band[1],
@@ -72,13 +70,9 @@ def cases(deck: Deck, supports: tuple[str, ...]) -> Iterator[AnalysisCase]:
 
 def load_sets(deck: Deck, place: np.ndarray) -> dict[str, LoadSet]:
     """Return the loads of the steps as ``step_1``, node i as ``place[i]``."""
-    unit = deck.units.mass * deck.units.length * np.array([1.0] * 3 + [deck.units.length] * 3)
-    found = {}
-    for step in deck.current.get("steps", []):
-        if any(value for _, _, value in step.terms):
-            terms = ((int(place[node]), c, value * unit[c]) for node, c, value in step.terms)
-            found[f"step_{step.number}"] = LoadSet.of_terms(terms)
-    return found
+    points = np.array(deck.points)
+    found = {f"step_{step.number}": step.in_si(points, deck.units) for step in deck.current.get("steps", [])}
+    return {name: load.renumbered(place) for name, load in found.items() if not load.is_zero}
 
 
 def _of_materials(deck: Deck) -> tuple[Damping | None, str] | None:
@@ -154,10 +148,7 @@ def _press(deck: Deck, block: Block, step: Step, key: Key, side: str, pressure: 
             pressure = -pressure
         elif CELLS[kind].dimension != 2:
             block.refuse(f"presses on element {key[1]}, which has no face; give *CLOAD")
-        points = np.array([deck.points[node] for node in nodes])
-        forces = face_forces(kind, points, np.full(len(CELLS[kind].corners), pressure))
-        for node, force in zip(nodes, forces, strict=True):
-            step.terms += [(node, c, float(value)) for c, value in enumerate(force)]
+        step.faces.append(LoadedFace(kind, nodes, np.full(len(CELLS[kind].corners), pressure)))
 
 
 def modal_damping(deck: Deck, block: Block, step: Step) -> None:

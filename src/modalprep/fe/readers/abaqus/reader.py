@@ -199,8 +199,8 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         links=tuple(link.renumbered(place) for link in deck.links),
         equations=tuple(_equations(deck, place, turning)),
         supports=(supports := _supports(deck, place)),
-        loads=load_sets(deck, place),
-        cases=tuple(case for case in cases(deck, (BOUNDARY,) * (BOUNDARY in supports)) if not case.is_empty),
+        loads=(loads := load_sets(deck, place)),
+        cases=tuple(case for case in cases(deck, (BOUNDARY,) * (BOUNDARY in supports), loads) if not case.is_empty),
         data=cell_data(deck.data, deck.cells),
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )

@@ -9,10 +9,11 @@ from typing import TypeVar
 from modalprep.errors import InputError
 from modalprep.fe.mesh.analysis import AnalysisCase, Damping
 from modalprep.fe.mesh.left_out import left_out
+from modalprep.fe.readers.loads import DeckLoad
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.case_control import LETTERS, Subcase, case_control
-from modalprep.fe.readers.nastran.loads import NastranLoad, add_loads
+from modalprep.fe.readers.nastran.loads import add_loads
 
 Found = TypeVar("Found")
 LISTS = ("EIGR", "EIGRL", "TABDMP1")
@@ -32,7 +33,7 @@ def add_cases(b: Builder, path: Path) -> None:
     b.cases = [case for case in cases if not case.is_empty]
 
 
-def _only(b: Builder, loads: dict[int, NastranLoad]) -> Subcase:
+def _only(b: Builder, loads: dict[int, DeckLoad]) -> Subcase:
     """Return what a deck of bulk data alone selects: the only set of each kind."""
     methods = {card.id for card in _cards(b, "EIGR", "EIGRL")}
     damping = {card.id for card in _cards(b, "TABDMP1")}
@@ -45,12 +46,12 @@ def _cards(b: Builder, *names: str) -> Iterator[Card]:
     return (card for name in names for card in b.tables.get(name, {}).values())
 
 
-def _case(b: Builder, subcase: Subcase, loads: dict[int, NastranLoad]) -> AnalysisCase:
+def _case(b: Builder, subcase: Subcase, loads: dict[int, DeckLoad]) -> AnalysisCase:
     selected = {name: subcase.entries.get(name[:LETTERS]) for name in OTHERS}
     said = [f"{name} = {value}, which is not used" for name, value in selected.items() if value]
     held = subcase.selected("SPC")
     chosen = subcase.selected("LOAD")
-    load = loads.get(chosen, NastranLoad()) if chosen else NastranLoad()
+    load = loads.get(chosen, DeckLoad()) if chosen else DeckLoad()
     if chosen and chosen not in loads:
         said.append(f"LOAD = {chosen}, which has no card that is read")
     said += left_out(load.unread, f"of load {chosen} these are not read; give them in [loads]")

@@ -3,38 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.analysis import LoadSet
 from modalprep.fe.mesh.cells import CELLS
-from modalprep.fe.mesh.face_forces import face_forces
+from modalprep.fe.mesh.face_forces import LoadedFace
+from modalprep.fe.readers.loads import DeckLoad
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 
 
-@dataclass
-class NastranLoad:
-    """One set of loads in units of the deck: terms (node, component, value), gravity; and what is not read."""
-
-    terms: list[tuple[int, int, float]] = field(default_factory=list)
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    unread: list[tuple[str, str]] = field(default_factory=list)
-
-    def add(self, other: NastranLoad, factor: float) -> None:
-        """Add another load times a factor."""
-        self.terms += [(node, c, factor * value) for node, c, value in other.terms]
-        self.gravity = self.gravity + factor * other.gravity
-        self.unread += other.unread
-
-
-def add_loads(b: Builder) -> dict[int, NastranLoad]:
+def add_loads(b: Builder) -> dict[int, DeckLoad]:
     """Give the mesh each set of loads as ``load_1``, and return the sets by number; what cannot be read is noted."""
-    found: dict[int, NastranLoad] = {}
+    found: dict[int, DeckLoad] = {}
     for card in (card for name in (*READ, *UNREAD, "LOAD") for card in b.tables.get(name, {}).values()):
-        load = found.setdefault(card.id, NastranLoad())
+        load = found.setdefault(card.id, DeckLoad())
         try:
             if card.name == "LOAD":
                 _combine(card, load, found)
@@ -44,17 +28,16 @@ def add_loads(b: Builder) -> dict[int, NastranLoad]:
                 load.unread.append((card.name, f"{card.file} line {card.line}"))
         except InputError as error:
             load.unread.append((card.name, str(error)))
-    length, mass = b.units.length, b.units.mass
+    points = np.vstack([b.grids.points, *b.more_points])
     for number, load in found.items():
-        terms = ((n, c, value * mass * (length if c < 3 else length**2)) for n, c, value in load.terms)
-        loads = LoadSet.of_terms(terms)
-        load.gravity = load.gravity * length
-        if np.any(loads.forces) or np.any(loads.moments):
+        load.gravity = load.gravity * b.units.length
+        loads = load.in_si(points, b.units)
+        if not loads.is_zero:
             b.loads[f"load_{number}"] = loads
     return found
 
 
-def _combine(card: Card, load: NastranLoad, found: dict[int, NastranLoad]) -> None:
+def _combine(card: Card, load: DeckLoad, found: dict[int, DeckLoad]) -> None:
     """LOAD: a factor of all, then a factor and the number of each."""
     for k in range(2, len(card.fields), 2):
         if card.text(k + 1):
@@ -64,7 +47,7 @@ def _combine(card: Card, load: NastranLoad, found: dict[int, NastranLoad]) -> No
             load.add(part, card.real(1, "S") * card.real(k, "a factor"))
 
 
-def _at_grid(b: Builder, card: Card, load: NastranLoad) -> None:
+def _at_grid(b: Builder, card: Card, load: DeckLoad) -> None:
     """FORCE and MOMENT: G, CID, F, N; along the axes of CID where the grid is."""
     if b.grids.is_scalar(card.integer(1, "G", lowest=1)):
         load.unread.append((f"{card.name} at a scalar point", f"{card.file} line {card.line}"))
@@ -74,7 +57,7 @@ def _at_grid(b: Builder, card: Card, load: NastranLoad) -> None:
     _add(card, load, node, card.real(3, "F") * card.reals(4, 3, "N") @ system.axes_at(b.grids.points[node]))
 
 
-def _by_grids(b: Builder, card: Card, load: NastranLoad) -> None:
+def _by_grids(b: Builder, card: Card, load: DeckLoad) -> None:
     """FORCE1, MOMENT1 along G1 to G2; FORCE2, MOMENT2 along the product of G1 to G2 and G3 to G4."""
     node = b.grids.node(card, 1, "G")
     at = [b.grids.points[b.grids.node(card, k, f"G{k - 2}")] for k in range(3, 5 if card.name[-1] == "1" else 7)]
@@ -85,25 +68,26 @@ def _by_grids(b: Builder, card: Card, load: NastranLoad) -> None:
     _add(card, load, node, card.real(2, "F") * along / size)
 
 
-def _add(card: Card, load: NastranLoad, node: int, vector: np.ndarray) -> None:
+def _add(card: Card, load: DeckLoad, node: int, vector: np.ndarray) -> None:
     first = 3 * card.name.startswith("MOMENT")
     load.terms += [(node, first + k, float(value)) for k, value in enumerate(vector)]
 
 
-def _on_grids(b: Builder, card: Card, load: NastranLoad) -> None:
+def _on_grids(b: Builder, card: Card, load: DeckLoad) -> None:
     """PLOAD: a pressure on the face of three or four grids, along their right-hand normal."""
     nodes = [b.grids.node(card, k, f"G{k - 1}") for k in range(2, 6) if card.text(k)]
-    _on_face(b, load, {3: "triangle", 4: "quad"}[max(3, len(nodes))], nodes, np.full(len(nodes), card.real(1, "P")))
+    kind = {3: "triangle", 4: "quad"}[max(3, len(nodes))]
+    load.faces.append(LoadedFace(kind, nodes, np.full(len(nodes), card.real(1, "P"))))
 
 
-def _on_shells(b: Builder, card: Card, load: NastranLoad) -> None:
+def _on_shells(b: Builder, card: Card, load: DeckLoad) -> None:
     """PLOAD2: a pressure on elements of shells, along their normals."""
     for number in card.numbers(2, "an element", np.array(sorted(b.places))):
         kind, nodes = _shell_or_solid(b, card, number)
-        _on_face(b, load, kind, nodes, np.full(len(CELLS[kind].corners), card.real(1, "P")))
+        load.faces.append(LoadedFace(kind, nodes, np.full(len(CELLS[kind].corners), card.real(1, "P"))))
 
 
-def _on_elements(b: Builder, card: Card, load: NastranLoad) -> None:
+def _on_elements(b: Builder, card: Card, load: DeckLoad) -> None:
     """PLOAD4: pressures at the corners of a face; into solids, along the normals of shells, or along a direction."""
     numbers = [card.integer(1, "EID", lowest=1)]
     if card.text(6) == "THRU":
@@ -123,7 +107,7 @@ def _on_elements(b: Builder, card: Card, load: NastranLoad) -> None:
             if (corners != first).any():
                 load.unread.append(("different pressures at corners of solids", f"{card.file} line {card.line}"))
         along = n / size @ system.axes_at(b.grids.points[nodes[0]]) if size else None
-        _on_face(b, load, kind, nodes, pressure, along)
+        load.faces.append(LoadedFace(kind, nodes, pressure, along))
 
 
 def _shell_or_solid(b: Builder, card: Card, number: int) -> tuple[str, list[int]]:
@@ -152,21 +136,13 @@ def _loaded_face(b: Builder, card: Card, kind: str, nodes: list[int]) -> tuple[s
     raise card.error("G1 and G3 or G4 name no face of the element; correct them")
 
 
-def _on_face(
-    b: Builder, load: NastranLoad, kind: str, nodes: list[int], pressure: np.ndarray, along: np.ndarray | None = None
-) -> None:
-    points = np.vstack([b.grids.points, *b.more_points])[nodes]
-    for node, force in zip(nodes, face_forces(kind, points, pressure, along), strict=True):
-        load.terms += [(node, c, float(value)) for c, value in enumerate(force)]
-
-
-def _gravity(b: Builder, card: Card, load: NastranLoad) -> None:
+def _gravity(b: Builder, card: Card, load: DeckLoad) -> None:
     """GRAV: CID, A, N."""
     system = b.grids.system(card, card.integer(1, "CID", 0, lowest=0))
     load.gravity = load.gravity + card.real(2, "A") * card.reals(3, 3, "N") @ system.axes_at(np.zeros(3))
 
 
-READ: dict[str, Callable[[Builder, Card, NastranLoad], None]] = {
+READ: dict[str, Callable[[Builder, Card, DeckLoad], None]] = {
     **dict.fromkeys(("FORCE", "MOMENT"), _at_grid),
     **dict.fromkeys(("FORCE1", "FORCE2", "MOMENT1", "MOMENT2"), _by_grids),
     "PLOAD": _on_grids,
