@@ -121,7 +121,8 @@ def test_damaged_decks_are_read_or_refused(tmp_path, seed):
                      f"{1:10d}{-8:10d}",
                       "LOCAL,R5.0,LOC,  11,  0,  0,  0,  0", "RLBLOCK,1,1,2,7", "(2i8,6g16.9)",
                           f"{1:8d}{2:8d}{1:16.9g}{2:16.9g}",
-                      "MPDATA,R5.0, 1,EX  , 2, 1, 2.1e11,", "D,1,UX,0"])  # fmt: skip
+                      "MPDATA,R5.0, 1,EX  , 2, 1, 2.1e11,", "D,1,UX,0", "F,8,FX,2.", "ACEL,0,0,9.81",
+                      "MODOPT,LANB,8,0,400", "ALPHAD,2.", "M,3,ALL", "SFE,1,2,PRES,1,5."])  # fmt: skip
     if seed % 3 == 0:
         text = text[: rng.randrange(len(text))]
     elif seed % 3 == 1:

@@ -39,7 +39,7 @@ def case_control(path: Path) -> list[Subcase] | None:
     --------
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "a.bdf"
-    >>> _ = path.write_text("SOL 103\nCEND\nSPC = 3\nSUBCASE 7\n METHOD=5 $ modes\nBEGIN BULK\n")
+    >>> _ = path.write_text("CEND\nSPC = 3\nSUBCASE 7\n METHOD=5 $ modes\nBEGIN BULK\n")
     >>> case_control(path)
     [Subcase(number=7, entries={'SPC': '3', 'METH': '5'})]
     """
