@@ -119,3 +119,48 @@ def uniform_beam(modes: int = 3, elements: int = 40, **reduction: Any):
     model = cantilever_model(elements)
     reduction = {"truncation": ()} | reduction
     return flexible_body(model, craig_bampton(model, modes=modes, **reduction), name="beam")
+
+
+def disc_sector(sectors: int = 8, around: int = 2, across: int = 3):
+    """Return mesh, model and symmetry of a sector of a steel disc, 0.1 to 0.5 m, 10 mm thick, held at its bore.
+
+    Examples
+    --------
+    >>> mesh, model, cyclic = disc_sector()
+    >>> model
+    FEModel(12 nodes, 78 DOFs, m=7.16383 kg; interfaces bore)
+    """
+    from modalprep.fe.assembly.assemble import assemble
+    from modalprep.fe.links.interface import Interface
+    from modalprep.fe.mesh.cyclic import CyclicSymmetry
+
+    radius, angle = np.meshgrid(np.linspace(0.1, 0.5, across + 1), np.linspace(0, 2 * np.pi / sectors, around + 1))
+    number = np.arange(radius.size).reshape(radius.shape)
+    cells = [number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]]
+    mesh = Mesh(
+        points=np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros_like(radius)], axis=-1).reshape(
+            -1, 3
+        ),
+        cells={"quad": np.stack(cells, axis=-1).reshape(-1, 4), "vertex": number[:, 0][:, None]},
+        groups={"disc": {"quad": np.arange(around * across)}, "bore": {"vertex": np.arange(around + 1)}},
+    )
+    steel = Material(E=2.1e11, nu=0.3, rho=7800.0)
+    model = assemble(mesh, {"disc": Shell(material=steel, thickness=0.01)}, {"bore": Interface(group="bore")})
+    return mesh, model, CyclicSymmetry(sectors=sectors)
+
+
+def disc_ring():
+    """Return the model of the whole disc of `disc_sector`.
+
+    Examples
+    --------
+    >>> disc_ring().dof.shape
+    (65, 6)
+    """
+    from modalprep.fe.assembly.assemble import assemble
+    from modalprep.fe.links.interface import Interface
+    from modalprep.fe.links.ring import make_ring
+
+    mesh, model, cyclic = disc_sector()
+    ring = make_ring(mesh, cyclic, {"disc": model.elements.parts[0].section})
+    return assemble(ring, {}, {"bore": Interface(group="bore")})

@@ -17,6 +17,7 @@ HOMES = {
 PUBLIC = {name.rpartition(".")[2] for name in public_homes()}
 # Of fields that assembly and recovery read, not users.
 INTERNAL = {
+    "Algebra",
     "Elements",
     "Groups",
     "MassTensor",

@@ -47,7 +47,7 @@ LAYERS = {
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",
         "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "synthesis", "ensemble",
-        "body_page", "explain", "correlation", "page", "run_page", "view", "study", "show",
+        "body_page", "explain", "correlation", "cyclic", "page", "run_page", "view", "study", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",

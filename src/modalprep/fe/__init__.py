@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from modalprep.fe.external.scikit_fem import model_from_skfem as model_from_skfem
     from modalprep.fe.external.scikit_fem import to_skfem as to_skfem
     from modalprep.fe.links.interface import InterfaceFrame as InterfaceFrame
+    from modalprep.fe.links.ring import make_ring as make_ring
     from modalprep.fe.mesh.analysis import AnalysisCase as AnalysisCase
     from modalprep.fe.mesh.analysis import LoadSet as LoadSet
+    from modalprep.fe.mesh.cyclic import CyclicSymmetry as CyclicSymmetry
     from modalprep.fe.mesh.mesh import Equation as Equation
     from modalprep.fe.mesh.mesh import Link as Link
     from modalprep.fe.mesh.mesh import Mesh as Mesh

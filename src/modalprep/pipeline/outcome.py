@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.schema.pipeline import Pipeline
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
+    from modalprep.reduction.cyclic.modes import CyclicModes
     from modalprep.verdicts.verdict import Requirement, Verdict
 
 
@@ -30,8 +31,10 @@ class Outcome:
         Of the outputs.
     asked : Pipeline or None
         Its requirements count in the verdict.
-    built, exported, responses, sensitivities, synthesised, system_drawn, analysed, simulated, run_drawn, strength
+    built, exported, responses, sensitivities, cyclic, synthesised, system_drawn, analysed, simulated, run_drawn
         Of the stages, in their order.
+    strength : Strength or None
+        Shock spectra and damage.
     body_drawn : Drawn or None
         Pictures of the mesh and of the modes.
     """
@@ -42,6 +45,7 @@ class Outcome:
     exported: Drawn | None = None
     responses: tuple[Responded, ...] = ()
     sensitivities: Sensitivities | None = None
+    cyclic: CyclicModes | None = None
     synthesised: Synthesised | None = None
     system_drawn: Drawn | None = None
     analysed: Analysed | None = None
@@ -53,8 +57,16 @@ class Outcome:
     @cached_property
     def notes(self) -> list[str]:
         """What the user should know, in the order of the stages."""
-        body = (self.built, self.exported, *self.responses, self.sensitivities, self.synthesised, self.system_drawn)
-        parts = (*body, self.analysed, self.simulated, self.run_drawn, self.strength, self.body_drawn)
+        body = (self.built, self.exported, *self.responses, self.sensitivities, self.cyclic, self.synthesised)
+        parts = (
+            *body,
+            self.system_drawn,
+            self.analysed,
+            self.simulated,
+            self.run_drawn,
+            self.strength,
+            self.body_drawn,
+        )
         return [note for part in parts if part is not None for note in part.notes]
 
     @cached_property

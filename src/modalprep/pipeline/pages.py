@@ -49,12 +49,15 @@ def _sections(source: Loaded, outcome: Outcome) -> list[Section]:
     from modalprep.report.body_page.convergence import convergence_section
     from modalprep.report.body_page.responses import fatigue_section, response_section, shock_section
     from modalprep.report.correlation.sensitivity import sensitivity_section
+    from modalprep.report.cyclic import cyclic_section
 
     found = [convergence_section(outcome.built.convergence)] if outcome.built and outcome.built.convergence else []
     found += [response_section(x.name, x.response, x.plot, x.cut, x.notch_plot) for x in outcome.responses]
     if outcome.sensitivities is not None:
         chart = outcome.folder / f"{source.path.stem}-sensitivities.png"
         found.append(sensitivity_section(outcome.sensitivities, chart))
+    if outcome.cyclic is not None:
+        found.append(cyclic_section(outcome.cyclic, outcome.folder / f"{source.path.stem}-nodal-diameters.png"))
     if outcome.strength is not None:
         found += [shock_section(name, plot) for name, plot in outcome.strength.plots.items()]
         found += [fatigue_section(name, damage) for name, damage in outcome.strength.fatigue.items()]

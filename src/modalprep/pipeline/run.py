@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.schema.analysis import SensitivitiesTable
+    from modalprep.pipeline.schema.fe import CyclicTable
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
+    from modalprep.reduction.cyclic.modes import CyclicModes
 
 
 def run_pipeline(
@@ -74,6 +76,8 @@ def run_pipeline(
         sensitivities = (
             _sensitivities(source, pipeline.sensitivities, folder, reporter) if pipeline.sensitivities else None
         )
+        ring = pipeline.cyclic
+        cyclic = _cyclic(source, ring, folder, reporter) if ring and ring.nodal_diameters != [] else None
         synthesised = _synthesised(source, output, reporter) if pipeline.synthesis else None
         system_drawn = _system_drawn(source, synthesised, folder, wanted, reporter) if synthesised else None
         analysed = _analysed(source, output, reporter) if pipeline.analysis else None
@@ -81,7 +85,7 @@ def run_pipeline(
         run_drawn = draw_runs(source, simulated, folder, reporter) if simulated else None
         strength = strength_of(source, responses, simulated, folder, reporter)
         body_drawn = painter.draw(built.body, built.file, reporter) if built else None
-        body = built, exported, responses, sensitivities, synthesised, system_drawn
+        body = built, exported, responses, sensitivities, cyclic, synthesised, system_drawn
         outcome = Outcome(folder, pipeline, *body, analysed, simulated, run_drawn, strength, body_drawn)
         if report and (built or simulated):
             _pages(source, outcome, reporter)
@@ -156,6 +160,20 @@ def _sensitivities(source: Loaded, table: SensitivitiesTable, folder: Path, repo
     stem = f"{source.path.stem}-sensitivities"
     reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], folder / f"{stem}.csv"))
     reporter.wrote(sensitivity_plot(found, folder / f"{stem}.png"))
+    return found
+
+
+def _cyclic(source: Loaded, table: CyclicTable, folder: Path, reporter: Reporter) -> CyclicModes:
+    from modalprep.atomic import write_table
+    from modalprep.pipeline.building.cyclic import pipeline_cyclic
+    from modalprep.report.cyclic import cyclic_plot, cyclic_table
+
+    found = pipeline_cyclic(source, table)
+    cyclic_table(found, reporter.console)
+    rows = found.rows()
+    stem = f"{source.path.stem}-nodal-diameters"
+    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], folder / f"{stem}.csv"))
+    reporter.wrote(cyclic_plot(found, folder / f"{stem}.png"))
     return found
 
 

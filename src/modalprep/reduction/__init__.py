@@ -8,6 +8,9 @@ TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than a
 if TYPE_CHECKING:
     from modalprep.reduction.basis import Reduction as Reduction
     from modalprep.reduction.basis import Spans as Spans
+    from modalprep.reduction.cyclic.modes import CyclicModes as CyclicModes
+    from modalprep.reduction.cyclic.modes import cyclic_modes as cyclic_modes
+    from modalprep.reduction.cyclic.ring import ring_algebra as ring_algebra
     from modalprep.reduction.damping import ComponentDamping as ComponentDamping
     from modalprep.reduction.damping import Rayleigh as Rayleigh
     from modalprep.reduction.damping import component_damping as component_damping

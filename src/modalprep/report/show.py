@@ -19,10 +19,12 @@ from modalprep.extras import need
 from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import start_channels
 from modalprep.multibody.results.result import Result
+from modalprep.reduction.cyclic.modes import CyclicModes
 from modalprep.reduction.table import ModeTable
 from modalprep.report.charts.figures import show_verbatim
 from modalprep.report.charts.mass_chart import draw_effective_mass
 from modalprep.report.charts.plots import draw_histories
+from modalprep.report.cyclic import draw_cyclic
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.render import PICTURE, drawing_problem, mesh_scene, mode_scene
 from modalprep.report.pictures.system_animation import animate_system
@@ -95,6 +97,13 @@ def _plot_histories(run: Result, *channels: str, axes: Axes | None = None, title
 def _plot_effective_mass(table: ModeTable, *, axes: Axes | None = None) -> Axes:
     axes = axes or _axes((9.0, 4.4))
     draw_effective_mass(axes, table)
+    return axes
+
+
+@plot.register(CyclicModes)
+def _plot_nodal_diameters(modes: CyclicModes, *, axes: Axes | None = None) -> Axes:
+    axes = axes or _axes((9.0, 5.0))
+    draw_cyclic(axes, modes)
     return axes
 
 

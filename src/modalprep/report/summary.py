@@ -24,6 +24,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "mass_kg": built.body.m if built else None,
         "checks": [check.row() for check in built.checks] if built else [],
         "sensitivities": plain(outcome.sensitivities.rows()) if outcome.sensitivities else [],
+        "nodal_diameters": plain(outcome.cyclic.rows()) if outcome.cyclic else [],
         "system": outcome.synthesised.summary() if outcome.synthesised else {},
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},

@@ -131,6 +131,7 @@ def assemble(
     if sum(spec.boundary == "fixed" for spec in interfaces.values()) > 1:
         parts = with_slight_mass(parts, rule, mesh.points)
     structure = Structure(parts, mesh.points, dof, rule, at[order[0]])
+    more += mesh.cyclic.notes if mesh.cyclic else ()
     model = _sum(mesh, structure, FORMS[forms], at[order[0]], placed, (*mesh.notes, *notes, *more))
     return with_terms(model, mesh, terms)
 

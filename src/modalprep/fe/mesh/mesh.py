@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.drawing import Viewed
 from modalprep.errors import InputError
 from modalprep.fe.mesh.analysis import AnalysisCase, LoadSet
+from modalprep.fe.mesh.cyclic import CyclicSymmetry
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
@@ -188,6 +189,8 @@ class Mesh(Record, Viewed):
         deck says reduced integration of the stiffness, 2 where of stiffness and mass.
     coupled_mass : bool
         Whether a Nastran deck asks for coupled masses (``PARAM,COUPMASS``), which ``mass = "nastran"`` follows.
+    cyclic : CyclicSymmetry or None
+        That of a deck, of which the mesh is one sector.
     notes : tuple of str
         Messages for the user about content that the reader left out.
 
@@ -214,6 +217,7 @@ class Mesh(Record, Viewed):
     cases: tuple[AnalysisCase, ...] = ()
     data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     coupled_mass: bool = False
+    cyclic: CyclicSymmetry | None = None
     notes: tuple[str, ...] = ()
 
     def group(self, name: str) -> dict[str, np.ndarray]:

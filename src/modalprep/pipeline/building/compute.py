@@ -25,6 +25,7 @@ from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.reduction import SuppliedTable
 from modalprep.reduction.basis import held_mass
+from modalprep.reduction.cyclic.ring import ring_algebra
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.recoveries.convergence import recovery_convergence
 
@@ -66,7 +67,9 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
         done(2, "reduction")
         stress = pipeline_stress(pipeline, mesh, model)
         recovery = pipeline_recovery(pipeline, mesh, model)
-        reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache), recovery)
+        algebra = caching_algebra(cache)
+        algebra = ring_algebra(model, mesh.cyclic, algebra) if pipeline.cyclic and mesh.cyclic else algebra
+        reduction, error = reduce_model(pipeline, mesh, model, algebra, recovery)
         done(4, "modal body")
         body = flexible_body(
             model,

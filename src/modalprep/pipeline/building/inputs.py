@@ -23,7 +23,7 @@ from modalprep.report.body_page.inputs import Inputs
 def inputs(source: Loaded) -> dict[str, str]:
     """Return the provenance of the body: hashes of the mesh and of the options of the body, program version."""
     pipeline = source.pipeline
-    made_of = ("mesh", "matrices", "materials", "properties", "connections", "supports")
+    made_of = ("mesh", "cyclic", "matrices", "materials", "properties", "connections", "supports")
     parts = {"name", *made_of, "interfaces", "stress", "recovery", "foundations", "added_masses", "loads", "reduction"}
     parts |= {"body"} if pipeline.body else set()
     options = json.dumps(pipeline.model_dump(include=parts), sort_keys=True)

@@ -14,7 +14,9 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
 from modalprep.fe.external.files import Matrices, read_matrices
 from modalprep.fe.links.interface import Connection, Interface, connect
+from modalprep.fe.links.ring import make_ring
 from modalprep.fe.links.support import Support
+from modalprep.fe.mesh.cyclic import CyclicSymmetry
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
@@ -24,13 +26,33 @@ from modalprep.fe.terms.added_mass import AddedMass
 from modalprep.fe.terms.foundation import Foundation
 from modalprep.pipeline.building.inputs import matrix_files
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.fe import InterfaceTable, NodeSetTable, StressTable
+from modalprep.pipeline.schema.fe import CyclicTable, InterfaceTable, NodeSetTable, StressTable
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 
 def read_pipeline_mesh(source: Loaded) -> Mesh:
-    """Read the mesh, or the nodes with their matrices, that a pipeline file names."""
+    """Read the mesh, or the nodes with their matrices, that a pipeline file names; with [cyclic] that of the ring."""
+    mesh = read_own_mesh(source)
+    if source.pipeline.cyclic is None:
+        return mesh
+    return make_ring(mesh, cyclic_symmetry(source.pipeline.cyclic, mesh), own_sections(source.pipeline))
+
+
+def cyclic_symmetry(table: CyclicTable, mesh: Mesh) -> CyclicSymmetry:
+    """Return the symmetry of a sector that the file states, or else its deck."""
+    given: dict[str, Any] = table.model_dump(include={"sectors", "axis", "low", "high"}, exclude_none=True)
+    given |= {key: mesh.scale * np.array(x) for key in ("point", "tolerance") if (x := getattr(table, key)) is not None}
+    with naming("[cyclic]"):
+        if mesh.cyclic is not None:
+            return mesh.cyclic.with_(**given)
+        if table.sectors is None:
+            raise InputError("the mesh file has no number of sectors; give sectors")
+        return CyclicSymmetry(**given)
+
+
+def read_own_mesh(source: Loaded) -> Mesh:
+    """Read the mesh of a pipeline file as it is: of a ring, one sector."""
     pipeline, table = source.pipeline, source.pipeline.mesh
     if pipeline.matrices is not None:
         given: dict[str, Any] = pipeline.matrices.model_dump()
@@ -190,6 +212,11 @@ def pipeline_quality(source: Loaded) -> tuple[Mesh, Quality]:
 
 
 def pipeline_sections(pipeline: Pipeline) -> dict[str, Property]:
+    """Return the properties that the mesh of `read_pipeline_mesh` does not have: that of a ring has all."""
+    return {} if pipeline.cyclic else own_sections(pipeline)
+
+
+def own_sections(pipeline: Pipeline) -> dict[str, Property]:
     """Return the property of each group that the file names."""
     materials, sections = {}, {}
     for name, table in pipeline.materials.items():

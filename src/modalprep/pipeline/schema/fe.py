@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from modalprep.pipeline.schema.base import DeckName, Table, Vector
 from modalprep.pipeline.schema.quantities import (
     Allowable,
+    AngularVelocity,
     Bedding,
     Density,
     Length,
@@ -52,6 +53,30 @@ class MeshTable(Table):
     forms: Literal["compiled", "plain"] = Field(
         "compiled", description="compiled elements, or their reference implementation in scikit-fem, which is slow"
     )
+
+
+class CyclicTable(Table):
+    """Cyclic symmetry: the mesh is one sector of a ring, whose body is built, with its modes by nodal diameter."""
+
+    sectors: int | None = Field(None, ge=2, description="their number in the circle; default that of a deck")
+    axis: Vector | None = Field(None, description="direction of the axis; default that of a deck, or z")
+    point: Vector | None = Field(
+        None, description="on the axis, mesh coordinates; default that of a deck, or the origin"
+    )
+    low: str | None = Field(
+        None, description="group with the nodes of one edge; default all that one sector's rotation moves onto others"
+    )
+    high: str | None = Field(None, description="group with the nodes of the other edge, which follow those of low")
+    tolerance: float | None = Field(
+        None,
+        gt=0,
+        description="how far nodes may lie from their partners, in the unit of the mesh; default 1e-5 of its size",
+    )
+    nodal_diameters: list[Annotated[int, Field(ge=0)]] | None = Field(
+        None, description="of the table of modes; default all, and an empty list for no table"
+    )
+    modes: int = Field(10, ge=1, description="number of modes of each nodal diameter in the table")
+    speed: AngularVelocity = Field(0.0, description="rad/s about the axis, for the table")
 
 
 class MatricesTable(Table):

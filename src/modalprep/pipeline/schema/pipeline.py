@@ -16,6 +16,7 @@ from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.fe import (
     AddedMassTable,
     ConnectionTable,
+    CyclicTable,
     FoundationTable,
     InterfaceTable,
     MatricesTable,
@@ -68,7 +69,7 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "couplers": "coupler",
     "events": "event",
 }
-IN_MESH_UNIT = ("mesh", "interfaces", "connections", "supports", "stress", "recovery", "loads")
+IN_MESH_UNIT = ("mesh", "cyclic", "interfaces", "connections", "supports", "stress", "recovery", "loads")
 BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 OF_A_BODY = (
@@ -138,6 +139,7 @@ class Pipeline(ForceElements):
 
     applies: ClassVar = (
         Rule(OF_A_BODY, needs=("mesh", "matrices", "body"), advice="add the [mesh], or leave it out"),
+        Rule(("cyclic",), needs=("mesh",), advice="add the [mesh] of one sector"),
         Rule(OF_A_SYSTEM, needs=("simulation", "analysis"), advice="add one of them, or leave it out"),
         Rule(("bodies",), needs=("simulation", "analysis", "synthesis"), advice="add one of them, or leave it out"),
         Rule(("plots", "collect", "film", "output.film"), needs=("simulation",)),
@@ -146,6 +148,9 @@ class Pipeline(ForceElements):
     )
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
+    cyclic: CyclicTable | None = Field(
+        None, description="the mesh is one sector of a ring, whose body is built; its modes by nodal diameter"
+    )
     matrices: MatricesTable | None = Field(None, description="instead of [mesh] and its properties")
     body: SuppliedTable | None = Field(None, description="instead of [mesh], its properties, interfaces and reduction")
     materials: dict[str, AnyMaterial] = Field({})

@@ -447,3 +447,31 @@ def test_a_pretension_section_is_closed(read):
         found.append(mp.craig_bampton(model, modes=2, truncation=[]).frequency[:2])
     np.testing.assert_allclose(*found, rtol=1e-12)
     assert any("PRETS179: the sections are closed" in note for note in cut.notes)
+
+
+# --- cyclic symmetry -----------------------------------------------------------------------------------------------
+
+QUARTER = [(1000.0, 0, 0), (2000.0, 0, 0), (0, 1000.0, 0), (0, 2000.0, 0)]  # a quarter of a ring, one element
+SECTOR = ["ET,1,181", *STEEL, "SECTYPE,1,SHELL", "SECDATA,10", *nblock(QUARTER), *eblock((1, 2, 4, 3))]
+ENDS_OF_SECTOR = ["CMBLOCK,CYCLIC_M01L,NODE,2", "(8i10)", "         1         2"]
+ENDS_OF_SECTOR += ["CMBLOCK,CYCLIC_M01H,NODE,2", "(8i10)", "         3         4"]
+
+
+def test_a_sector_brings_its_symmetry_and_its_edges(read):
+    """In mm; without components the rotation finds the edges, and a local system has an axis of its own."""
+    mesh = read(*SECTOR, *ENDS_OF_SECTOR, "CYCLIC,4", length="mm")
+    assert (mesh.cyclic.sectors, mesh.cyclic.low, mesh.cyclic.high) == (4, "cyclic_low", "cyclic_high")
+    assert mesh.nodes("cyclic_low").tolist() == [0, 1]
+    assert len(mp.fe.make_ring(mesh).points) == 8
+    local = read(*SECTOR, "LOCAL,11,1,0.,0.,500.,0.,90.,0.", "CYCLIC,4,90.,11", length="mm").cyclic
+    np.testing.assert_allclose(local.point, [0, 0, 0.5])
+    np.testing.assert_allclose(local.direction, [0, -1, 0], atol=1e-12)  # z after a turn about x by 90 degrees
+    assert local.low == local.high == ""
+    assert read(*SECTOR, "CYCLIC,OFF").cyclic is None
+    assert len(mp.fe.make_ring(read(*SECTOR, "CYCLIC,4", "CYCOPT,HINDEX,ALL")).points) == 8
+
+
+@pytest.mark.parametrize("line", ["CYCLIC", "CYCLIC,4,60.", "CYCLIC,1"])
+def test_a_symmetry_that_is_no_circle_is_refused(read, line):
+    with pytest.raises(mp.InputError, match="which make no circle; give both"):
+        read(*SECTOR, line)

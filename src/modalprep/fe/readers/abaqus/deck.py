@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cyclic import CyclicSymmetry
 from modalprep.fe.mesh.mesh import Link
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.abaqus.dialect import Dialect, Spoken
@@ -69,6 +70,7 @@ class Deck:
     links: list[Link] = field(default_factory=list)
     equations: list[tuple[list[tuple[int, int, float]], str]] = field(default_factory=list)
     fixed: dict[int, set[int]] = field(default_factory=dict)  # components 0 to 5 by node
+    cyclic: CyclicSymmetry | None = None
     notes: list[str] = field(default_factory=list)
     skipped: list[tuple[str, str]] = field(default_factory=list)
     current: dict[str, Any] = field(default_factory=dict)  # what the keywords that follow add to

@@ -202,6 +202,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         loads=(loads := load_sets(deck, place)),
         cases=tuple(case for case in cases(deck, (BOUNDARY,) * (BOUNDARY in supports), loads) if not case.is_empty),
         data=cell_data(deck.data, deck.cells),
+        cyclic=deck.cyclic,
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )
 

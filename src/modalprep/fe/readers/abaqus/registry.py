@@ -6,6 +6,7 @@ from modalprep.fe.readers.abaqus import (
     analysis,
     beams,
     constraints,
+    cyclic,
     elements,
     geometry,
     materials,
@@ -87,8 +88,11 @@ CONSTRAINTS = {
     "TIE": Entry(
         "approximated",
         "Each node of the slave surface follows the master face next to it, onto which it moves; with ADJUST=NO it "
-        "stays, and its gap turns with the face.",
+        "stays, and its gap turns with the face. With CYCLIC SYMMETRY it names the edges of a sector.",
         ties.tie,
+    ),
+    "CYCLIC SYMMETRY MODEL": Entry(
+        "read", "For [cyclic]; its edges are the sets cyclic_low, cyclic_high.", cyclic.cyclic_model
     ),
     "COUPLING": Entry("read", "", constraints.coupling),
     "KINEMATIC": Entry("read", "", constraints.kinematic),
@@ -126,6 +130,7 @@ WITHOUT_EFFECT = {  # parameters: names, and what counts in other analyses
     "AMPLITUDE",
     "FIXED",
     "LOAD CASE",
+    "NGRAPH",
 }
 IN_STEPS = {
     "FREQUENCY": Entry("read", "Count and band of modes, for modalprep init.", analysis.frequency),
@@ -150,6 +155,7 @@ STEPS = {
         name: Entry("no effect", "Loads in time and at frequencies come from the pipeline file.") for name in PROCEDURES
     },
     "END STEP": Entry("no effect"),
+    "SELECT CYCLIC SYMMETRY MODES": Entry("no effect", "Nodal diameters come from [cyclic]."),
     "MODEL CHANGE": Entry("refused", "It removes elements in a step; give the deck of the state that is meant."),
 }
 NO_EFFECT = dict.fromkeys(
@@ -260,7 +266,6 @@ REFUSED = {
             "CONTACT PROPERTY ASSIGNMENT",
             "CLEARANCE",
             "EMBEDDED ELEMENT",
-            "CYCLIC SYMMETRY MODEL",
             "RELEASE",
             "FASTENER",
             "FASTENER PROPERTY",

@@ -15,6 +15,7 @@ from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.mesh.tables import Lookup
 from modalprep.fe.properties.properties import Property
+from modalprep.fe.readers.ansys.cyclic import cyclic_symmetry
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
 from modalprep.fe.readers.ansys.sections import Sections
@@ -115,12 +116,14 @@ class Builder(MeshBuilder):
         if self.bare:
             self.deck.note("the deck has no materials; its groups have no sections")
         self._add_rigid()
+        cyclic = cyclic_symmetry(self.deck, self.units)
         self._add_sets()
         return Mesh(
             points=np.vstack([self.points, *self.more_points]) * self.units.length,
             source=self.deck.path.name,
             sha256=sha256,
             scale=self.units.length,
+            cyclic=cyclic,
             labels=np.append(self.labels, self.labels[-1] + 1 + np.arange(len(self.more_points))),
             **self.fields(),
         )

@@ -196,6 +196,7 @@ class Deck:
     attributes: dict[str, int] = field(default_factory=dict)  # of the elements that follow
     section: int = 0  # the one that SECDATA means
     table: tuple[int, str] = (0, "")  # material and kind of the table that TBDATA means
+    cyclic: tuple[int, int, str] | None = None  # sectors, coordinate system, name of the components
     notes: list[str] = field(default_factory=list)
     skipped: list[tuple[str, str]] = field(default_factory=list)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from modalprep.fe.readers.ansys import analysis
 from modalprep.fe.readers.ansys import handlers as h
 from modalprep.fe.readers.ansys.commands import FIRST
+from modalprep.fe.readers.ansys.cyclic import cyclic
 from modalprep.fe.readers.ansys.elements import ELEMENTS
 from modalprep.fe.readers.coverage import Entry
 
@@ -72,6 +73,12 @@ COMMANDS: dict[str, Entry] = {
         for name in ("MODOPT", "ACEL", "ALPHAD", "BETAD", "DMPRAT", "DMPSTR")
     },
     **dict.fromkeys(UNREAD.split(), Entry("no effect", "modalprep init says so.", analysis.unread)),
+    "CYCLIC": Entry(
+        "read",
+        "With its number of sectors, for [cyclic]; its components are the groups cyclic_low, cyclic_high.",
+        cyclic,
+    ),
+    "CYCOPT": Entry("no effect", "Nodal diameters come from [cyclic]."),
     **dict.fromkeys(QUIET.split(), Entry("no effect")),
     **dict.fromkeys(GENERATING.split(), Entry("refused", MADE)),
     **dict.fromkeys("CERIG RBE3 CEINTF CPINTF CEGEN CPGEN CPCYC CECYC CPLGEN".split(), Entry("refused", JOINED)),

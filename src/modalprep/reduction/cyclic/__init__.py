@@ -1,0 +1,1 @@
+"""Cyclic symmetry: modes by nodal diameter from one sector."""

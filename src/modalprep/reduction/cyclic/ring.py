@@ -1,0 +1,166 @@
+"""Modes of the model of a whole ring by nodal diameter, each from the DOFs of one sector (theory 3.9)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.spatial import cKDTree
+
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.mesh.cyclic import CyclicSymmetry
+from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.factor import Factor
+from modalprep.linalg.modes import Modes
+from modalprep.linalg.unique import made_unique
+from modalprep.reduction.cyclic.problem import single_modes
+
+NEAR = 1e-6  # of the size of the model: how far a node may lie from where the rotation moves its partner
+ALIKE = 1e-9  # of K x: what may differ after the rotation, of a matrix with this symmetry
+SPARE = 2  # further modes for each nodal diameter in the first attempt
+
+
+def ring_algebra(model: FEModel, cyclic: CyclicSymmetry, base: Algebra = DIRECT) -> Algebra:
+    """Return linear algebra that finds the fixed-interface modes of a ring from problems of the size of one sector.
+
+    They are those of `base` to round-off. Matrices that the rotation by one sector changes are left to `base`.
+
+    Parameters
+    ----------
+    model : FEModel
+        Of the whole ring, such as that of `make_ring`.
+    cyclic : CyclicSymmetry
+    base : Algebra
+
+    Returns
+    -------
+    Algebra
+        For `craig_bampton`.
+
+    References
+    ----------
+    Theory 3.9.
+
+    Examples
+    --------
+    >>> from modalprep.examples import disc_sector, disc_ring
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> _, _, cyclic = disc_sector()
+    >>> ring = disc_ring()
+    >>> craig_bampton(ring, modes=6, algebra=ring_algebra(ring, cyclic)).frequency[:4].round(3)
+    array([48.814, 48.814, 52.994, 64.578])
+    """
+    turn = _turn(model, cyclic)
+    if turn is None:
+        return base
+
+    def lowest_modes(
+        K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
+    ) -> Modes:
+        if shift or K.shape != turn.S.shape or not (turn.keeps(K) and turn.keeps(M)):
+            return base.lowest_modes(K, M, n, factor=factor, shift=shift, solver=solver)
+        return _ring_modes(turn, K, M, min(n, int(np.count_nonzero(M.diagonal()))), solver)
+
+    return replace(base, lowest_modes=lowest_modes)
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """Rotation of a ring by one sector: ``S (n_i, n_i)`` on its interior DOFs; those of one sector, ``own (p,)``."""
+
+    S: csr_array
+    own: np.ndarray
+    sectors: int
+
+    def keeps(self, A: csr_array) -> bool:
+        """Whether the rotation changes nothing of a matrix."""
+        x = np.random.default_rng(0).standard_normal(len(self.own))
+        y = np.zeros(A.shape[0])
+        y[self.own] = x
+        there = self.S @ (A @ y)
+        return bool(np.linalg.norm(A @ (self.S @ y) - there) <= ALIKE * np.linalg.norm(there))
+
+    def wave(self, n: int) -> csr_array:
+        """Return ``sum_j e^{i n alpha j} S^j E (n_i, p)``: the motion of the ring with n nodal diameters."""
+        size = (self.S.shape[0], len(self.own))
+        step = coo_array((np.ones(size[1]), (self.own, np.arange(size[1]))), shape=size).tocsr()
+        total = step
+        for j in range(1, self.sectors):
+            step = self.S @ step
+            angle = 2 * np.pi * n * j / self.sectors
+            total = total + step * (np.round(np.cos(angle)) if 2 * n % self.sectors == 0 else np.exp(1j * angle))
+        return total.tocsr()
+
+
+def _turn(model: FEModel, cyclic: CyclicSymmetry) -> Turn | None:
+    """Return the rotation of the DOFs outside the fixed interfaces; None where nodes have no partners of their own."""
+    frames = [frame.position for frame in model.interfaces if len(frame.nodes)]
+    points = np.concatenate([model.points, np.reshape(frames, (-1, 3))])
+    turned = cyclic.with_(point=cyclic.point - model.origin).turned(points, 1)
+    fixed = [frame.dofs for frame in model.interfaces if frame.boundary == "fixed"]
+    place = np.full(model.n_dof, -1)
+    inside = np.setdiff1d(model.free, np.concatenate(fixed))
+    place[inside] = np.arange(len(inside))
+    dofs = np.where(model.dof >= 0, place[model.dof], -1)
+    moving = np.flatnonzero(np.any(dofs >= 0, axis=1))
+    distance, nearest = cKDTree(points[moving]).query(turned[moving])
+    partner = moving[nearest]
+    whole = len(np.unique(partner)) == len(moving) and np.array_equal(dofs[moving] >= 0, dofs[partner] >= 0)
+    triples = dofs[moving].reshape(-1, 3)
+    if not whole or distance.max() > NEAR * np.ptp(points) or np.any((triples >= 0).any(1) != (triples >= 0).all(1)):
+        return None
+    there = dofs[partner].reshape(-1, 3)
+    kept = triples[:, 0] >= 0
+    rows, columns = np.repeat(there[kept], 3, axis=1), np.tile(triples[kept], (1, 3))
+    values = np.tile(cyclic.rotation(1).ravel(), int(kept.sum()))
+    S = coo_array((values, (rows.ravel(), columns.ravel())), shape=(len(inside), len(inside))).tocsr()
+    first = _first_of_each(partner, moving, len(points), cyclic.sectors)
+    return None if first is None else Turn(S, np.sort(dofs[first][dofs[first] >= 0]), cyclic.sectors)
+
+
+def _first_of_each(partner: np.ndarray, moving: np.ndarray, n: int, sectors: int) -> np.ndarray | None:
+    """Return the first of each cycle of nodes; None where one has not all sectors, such as a node on the axis."""
+    follows = np.arange(n)
+    follows[moving] = partner
+    least, at = np.arange(n), np.arange(n)
+    for k in range(sectors):
+        at = follows[at]
+        if k < sectors - 1 and np.any(at[moving] == moving):
+            return None
+        least = np.minimum(least, at)
+    return moving[least[moving] == moving] if np.array_equal(at, np.arange(n)) else None
+
+
+def _ring_modes(turn: Turn, K: csr_array, M: csr_array, n: int, solver: str) -> Modes:
+    """Return the n lowest modes of the ring: of each nodal diameter as many as lie below the n-th."""
+    most = turn.sectors // 2
+    count = dict.fromkeys(range(most + 1), ceil(n / turn.sectors) + SPARE)
+    found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    waves = {d: turn.wave(d) for d in count}
+    short = set(count)
+    while short:
+        for d in short:
+            A, B = ((waves[d].conj().T @ X @ waves[d] / turn.sectors).tocsr() for X in (K, M))
+            found[d] = single_modes(A, B, count[d], solver=solver)
+        every = np.sort(np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()]))
+        last = every[n - 1] if len(every) >= n else np.inf
+        short = {d for d, (w2, _) in found.items() if len(w2) == count[d] and w2[-1] <= last}
+        count |= {d: 2 * count[d] for d in short}
+    w2 = np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()])
+    phi = np.concatenate([_shapes(turn, waves[d], Z, _share(turn, d)) for d, (_, Z) in found.items()], axis=1)
+    order = np.argsort(w2, kind="stable")[:n]
+    return Modes(w2[order], made_unique(w2[order], phi[:, order], K), "counted for each nodal diameter")
+
+
+def _share(turn: Turn, d: int) -> int:
+    return 1 if 2 * d % turn.sectors == 0 else 2
+
+
+def _shapes(turn: Turn, wave: csr_array, Z: np.ndarray, share: int) -> np.ndarray:
+    """Return real shapes of unit modal mass, those of a pair beside each other."""
+    shape = np.sqrt(share / turn.sectors) * (wave @ Z)
+    if share == 1:
+        return shape
+    return np.stack([shape.real, shape.imag], axis=2).reshape(len(shape), -1)
