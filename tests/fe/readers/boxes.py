@@ -90,7 +90,7 @@ BDF = {
     ),
     "comments between": bdf(between="$ bricks\n$"),
     "a comment within": bdf(lambda k, *x: grid(k, *x) + "\n$ here" * (k == 40)),
-    "held grids": bdf(lambda k, *x: small("GRID", k, 0, *map(short, x), 0, "0123" if k < 9 else "")),
+    "held grids": bdf(lambda k, *x: small("GRID", k, 0, *map(short, x), 0, "123" if k < 9 else "")),
     "defaults": bdf(between="GRDSET,,,,,,,456"),
     "a system": bdf(
         lambda k, *x: small("GRID", k, 4, *map(short, x), 4), between="CORD2C,4,,1.,0.,0.,1.,0.,1.,+\n+,2.,0.,0."
@@ -184,4 +184,100 @@ CDB = {
     "a blank line": cdb().replace("\n       -1\n", "\n\n       -1\n"),
     "cut short": cdb()[:-300],
     "bare": cdb().replace("MP,", "!MP,"),
+}
+
+
+# ------------------------------------------------------------------ Abaqus and CalculiX
+
+STEEL = "*MATERIAL, NAME=steel\n*ELASTIC\n2.1e11, .3\n*DENSITY\n7800.\n"
+SHELL = "*SHELL SECTION, ELSET=body, MATERIAL=steel\n.01\n"
+BEAM = "*BEAM SECTION, ELSET=body, MATERIAL=steel, SECTION=RECT\n.1, .2\n0, 1, 0\n"
+RANGES = "*NSET, NSET=r, GENERATE\n1, 60, 7\n2, 60, 7\n3, 60, 7\n*ELSET, ELSET=e, GENERATE\n1, 9\n"
+COUPLED = "*NODE\n900, 9, 9, 9\n*RIGID BODY, NSET=foot, REF NODE=900\n*EQUATION\n2\n61, 1, 1., 62, 1, -1.\n"
+COPIED = "*ELGEN, ELSET=body\n1, 1, 1, 1\n*ELCOPY, OLD SET=body, ELEMENT SHIFT=500, SHIFT NODES=0\n"
+SOLID = "*SOLID SECTION, ELSET=body, MATERIAL=steel\n"
+
+
+def lines(numbers: list[int], width: int = 16) -> list[str]:
+    """Return numbers in lines of so many; those that go on end in a comma."""
+    return [
+        ", ".join(map(str, numbers[k : k + width])) + "," * (k + width < len(numbers))
+        for k in range(0, len(numbers), width)
+    ]
+
+
+def node(number: int, *x: float) -> str:
+    """Return a line of *NODE."""
+    return ", ".join(map(str, (number, *x)))
+
+
+def inp(
+    node: Callable[..., str] = node,
+    brick: Callable[..., list[int]] = lambda k, *n: [k, *n],
+    kind: str = "C3D8",
+    between: str = "",
+    tail: str = SOLID + STEEL,
+    nodes: str = "*NODE, NSET=all",
+) -> str:
+    """Return a deck of lines that two functions write."""
+    rows = [node(k, *x) for k, x in enumerate(POINTS, 1)]
+    bricks = [line for k, own in enumerate(BRICKS, 1) for line in lines(brick(k, *own))]
+    elements = f"*ELEMENT, TYPE={kind}, ELSET=body"
+    sets = ["*NSET, NSET=foot", *lines([*range(1, 60)]), "*ELSET, ELSET=some", *lines([*range(27, 0, -1)], 5)]
+    return "\n".join([nodes, *rows, *filter(None, [between]), elements, *bricks, *sets, tail])
+
+
+def instances(text: str) -> str:
+    """Return a deck of a part, twice, one of them moved."""
+    move = "0, 0, 9\n0, 0, 0, 1, 1, 1, 33\n"
+    places = "".join(f"*INSTANCE, NAME={k}, PART=p\n{m}*END INSTANCE\n" for k, m in (("i", ""), ("j", move)))
+    return f"*PART, NAME=p\n{text}*END PART\n*ASSEMBLY, NAME=a\n{places}*END ASSEMBLY\n{STEEL}"
+
+
+INP = {
+    "bricks": inp(),
+    "exponents": inp(lambda k, *x: f"{k},{x[0]:.16e},{x[1]:.7E},{x[2]:.3e}"),
+    "Fortran's exponents": inp(lambda k, *x: f"{k}, " + ", ".join(f"{v:.12E}".replace("E", "D") for v in x)),
+    "exponents without a letter": inp(lambda k, *x: f"{k}, {x[0]}, {x[1]}, " + ("1.5-6" if k == 9 else "0.")),
+    "blank coordinates": inp(lambda k, *x: f"{k}, {x[0]}, , {x[2]}"),
+    "commas at the end": inp(lambda k, *x: f"{node(k, *x)},"),
+    "two coordinates": inp(
+        lambda k, *x: f"{k}, {x[0] + 9 * x[2]}, {x[1] * 7}", lambda k, *n: [k, *n[:4]], "CPS4", tail=""
+    ),
+    "plane stress": inp(brick=lambda k, *n: [k, *n[:4]], kind="CPS4"),
+    "normals": inp(lambda k, *x: f"{node(k, *x)}, 0., 0., 1."),
+    "cylinder": inp(nodes="*NODE, SYSTEM=C"),
+    "a system": inp(nodes="*SYSTEM\n1, 0, 0, 1, 1, 0\n*NODE"),
+    "comments": inp(between="** bricks\n\n**"),
+    "a comment within": inp(lambda k, *x: "** here\n" * (k == 7) + node(k, *x)),
+    "comments behind": inp(lambda k, *x: node(k, *x) + "\n** here\n" * (k == 64)),
+    "a blank line": inp(lambda k, *x: node(k, *x) + "\n" * (k == 7)),
+    "second order": inp(brick=lambda k, *n: [k, *second([*n])], kind="C3D20"),
+    "reduced": inp(brick=lambda k, *n: [k, *second([*n])], kind="C3D20R"),
+    "tetrahedra": inp(brick=lambda k, *n: [k, n[0], n[1], n[3], n[4]], kind="C3D4"),
+    "wedges": inp(brick=lambda k, *n: [k, *n[:3], *n[4:7]], kind="C3D6"),
+    "collapsed": inp(brick=lambda k, *n: [k, *n[:3], n[2], *n[4:7], n[6]]),
+    "shells": inp(brick=lambda k, *n: [k, *n[:4]], kind="S4", tail=SHELL + STEEL),
+    "beams": inp(brick=lambda k, *n: [k, n[0], n[1]], kind="B31", tail=BEAM + STEEL),
+    "three nodes": inp(brick=lambda k, *n: [k, n[0], n[1], n[2]], kind="B32", tail=""),
+    "points": inp(brick=lambda k, *n: [k, n[0]], kind="MASS", tail="*MASS, ELSET=body\n5.\n"),
+    "bare points": inp(brick=lambda k, *n: [k, n[0], n[6]], kind="SPRINGA", tail=""),
+    "missing nodes": inp(brick=lambda k, *n: [k, *n[: 8 - (k == 9)]]),
+    "nodes too many": inp(brick=lambda k, *n: [k, *n, *n[:1] * (k == 9)]),
+    "absent node": inp(brick=lambda k, *n: [k, *n[:7], 999 if k == 9 else n[7]]),
+    "coincident": inp(brick=lambda k, *n: [k, *n[:7], n[0] if k == 9 else n[7]]),
+    "the same element": inp(brick=lambda k, *n: [1, *BRICKS[0]] if k == 9 else [k, *n]),
+    "another element of that number": inp(brick=lambda k, *n: [k - (k == 9), *n]),
+    "the same node": inp(between=f"*NODE\n{node(9, *POINTS[8])}"),
+    "more nodes": inp(between="*NODE\n" + "\n".join(node(k, *POINTS[k - 1]) for k in range(60, 65))),
+    "other nodes": inp(between="*NODE\n" + "\n".join(node(k, k, 0, 1) for k in range(100, 110))),
+    "unknown type": inp(kind="CONN3D2"),
+    "ranges": inp(tail=RANGES + "*ELSET, ELSET=f\nbody, e\n" + SOLID + STEEL),
+    "absent in sets": inp(tail="*NSET, NSET=r\n1, 2,\n999, 3,\n4, 5\n*ELSET, ELSET=e\n1\n400\n5\n" + SOLID + STEEL),
+    "supports": inp(tail=f"{SOLID}{STEEL}*BOUNDARY\nfoot, 1, 3\n*STEP\n*FREQUENCY\n9\n*CLOAD\nall, 3, 1.\n*END STEP\n"),
+    "couplings": inp(tail=SOLID + STEEL + COUPLED),
+    "copies": inp(tail=COPIED + SOLID + STEEL),
+    "instances": instances(inp(tail=SOLID)),
+    "no sections": inp(tail=""),
+    "without an end": inp(tail="").rstrip(),
 }

@@ -5,14 +5,14 @@ import random
 
 import numpy as np
 import pytest
-from fe.readers.boxes import BDF, CDB
+from fe.readers.boxes import BDF, CDB, INP
 from size import cases
 
 import modalprep as mp
 from modalprep.fe.readers import numbers
 from modalprep.fe.readers.text import Lines
 
-DECKS = {"bdf": BDF, "cdb": CDB}
+DECKS = {"bdf": BDF, "cdb": CDB, "inp": INP}
 NAMES = [(kind, name) for kind, decks in DECKS.items() for name in decks]
 COMMENTS = {"bdf": "$ Tr\u00e4ger\n", "cdb": "! Tr\u00e4ger\n", "inp": "** Tr\u00e4ger\n"}
 CHANGES = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,28 +13,18 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cyclic import CyclicSymmetry
 from modalprep.fe.mesh.mesh import Link
+from modalprep.fe.mesh.tables import Table
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.abaqus.dialect import Dialect, Spoken
 from modalprep.fe.readers.abaqus.lexer import Block, Row
+from modalprep.fe.readers.abaqus.numbered import Element, Elements, Key, Nodes
 from modalprep.fe.readers.abaqus.parts import Parts
 from modalprep.fe.readers.units import Units
 
 LABEL = re.compile(r"[0-9]{1,18}")
 DEEPEST = 100  # sets of sets of sets
 
-Key = tuple[str, int]  # instance in capitals, number
 Name = tuple[str, str]  # instance and name, both in capitals
-
-
-class Element(NamedTuple):
-    """An element: its type, what it is one of, the nodes of the file, where it is, and its cells."""
-
-    type: str
-    family: str
-    nodes: tuple[int, ...]
-    row: Row
-    cells: tuple[tuple[str, int], ...]
-    extra: tuple[int, ...] = ()  # node that orients a beam
 
 
 class Surface(NamedTuple):
@@ -51,11 +42,10 @@ class Deck:
     units: Units
     parts: Parts
     spoken: Spoken
-    points: list[np.ndarray] = field(default_factory=list)
-    nodes: dict[Key, int] = field(default_factory=dict)
-    keys: list[Key] = field(default_factory=list)  # of the nodes, in the order of the points
-    elements: dict[Key, Element] = field(default_factory=dict)
-    cells: dict[str, list[list[int]]] = field(default_factory=dict)
+    points: Table = field(default_factory=lambda: Table(3, float))
+    numbered: Nodes = field(default_factory=Nodes)
+    elements: Elements = field(default_factory=Elements)
+    cells: dict[str, Table] = field(default_factory=dict)
     sets: dict[str, dict[Name, list]] = field(default_factory=lambda: {"NSET": {}, "ELSET": {}})
     spelled: dict[tuple[str, Name], str] = field(default_factory=dict)
     internal: set[tuple[str, Name]] = field(default_factory=set)
@@ -97,6 +87,16 @@ class Deck:
 
     # ------------------------------------------------------------ nodes and elements
 
+    @property
+    def nodes(self) -> dict[Key, int]:
+        """The indices of the nodes."""
+        return self.numbered.places
+
+    @property
+    def keys(self) -> list[Key]:
+        """The keys of the nodes, in the order of the points."""
+        return self.numbered.keys
+
     def placed(self, scope: str, point: np.ndarray) -> np.ndarray:
         """Return a point of an instance in global axes."""
         turn, shift = self.parts.moves.get(scope, (None, None))
@@ -109,10 +109,9 @@ class Deck:
 
     def add_node(self, row: Row, scope: str, label: int, point: np.ndarray) -> None:
         """Add a node at a point in global axes; its number stands for one."""
-        known = self.nodes.setdefault((scope, label), len(self.points))
+        known = self.numbered.add((scope, label))
         if known == len(self.points):
             self.points.append(point)
-            self.keys.append((scope, label))
         elif not np.allclose(self.points[known], point, rtol=1e-9, atol=1e-300):
             raise row.error(f"node {label} is there twice and differs; give every node its own number")
 
@@ -137,7 +136,9 @@ class Deck:
 
     def cell(self, kind: str, nodes: list[int]) -> tuple[str, int]:
         """Append a cell and return its kind and row."""
-        rows = self.cells.setdefault(kind, [])
+        if kind not in self.cells:
+            self.cells[kind] = Table(len(nodes))
+        rows = self.cells[kind]
         rows.append(nodes)
         return kind, len(rows) - 1
 
@@ -177,7 +178,11 @@ class Deck:
         return self.resolved[kind, key]
 
     def _member(self, kind: str, key: Name, inside: tuple[Name, ...], scope: str, member: Any) -> list[Any]:
-        known: dict[Key, Any] = self.nodes if kind == "NSET" else self.elements
+        if isinstance(member, list):  # keys of elements
+            return member
+        if isinstance(member, np.ndarray):
+            return self._present(kind, scope, member)
+        known: Mapping[Key, Any] = self.nodes if kind == "NSET" else self.elements
         if isinstance(member, range):
             labels = member if len(member) < len(known) else [n for s, n in known if s == scope and n in member]
             found = [(scope, label) for label in labels]
@@ -191,6 +196,13 @@ class Deck:
             return self._inner(kind, key, inside, scope, member)
         found = [one for one in found if one in known]  # sets may name what another program left out
         return [self.nodes[one] for one in found] if kind == "NSET" else found
+
+    def _present(self, kind: str, scope: str, labels: np.ndarray) -> list[Any]:
+        """Return the nodes or elements of numbers, without those that are not there."""
+        if kind == "ELSET":
+            return [key for label in labels.tolist() if (key := (scope, label)) in self.elements]
+        found = self.numbered.find(scope, labels)
+        return found[found >= 0].tolist()
 
     def _inner(self, kind: str, key: Name, inside: tuple[Name, ...], scope: str, member: str) -> list[Any]:
         of, text = self.split(scope, member)

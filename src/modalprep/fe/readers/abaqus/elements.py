@@ -6,10 +6,14 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
+import numpy as np
+
 from modalprep.fe.mesh.cells import CELLS
-from modalprep.fe.readers.abaqus.deck import LABEL, Deck, Element
+from modalprep.fe.mesh.tables import Table
+from modalprep.fe.readers.abaqus.deck import LABEL, Deck
 from modalprep.fe.readers.abaqus.geometry import label_of
-from modalprep.fe.readers.abaqus.lexer import Block, Row
+from modalprep.fe.readers.abaqus.lexer import Block, Numbers, Row
+from modalprep.fe.readers.abaqus.numbered import Element, ElementBlock, Key
 from modalprep.fe.readers.coverage import Entry, Treatment
 
 MOST = 1_000_000  # elements that one line may make
@@ -147,10 +151,60 @@ def elements(deck: Deck, block: Block) -> None:
             raise block.row().error(f"element type {given!r} has no counterpart here; {advice[0].lower()}{advice[1:]}")
         return
     count = _count(known, given)
+    if block.numbers and (keys := add_many(deck, block, block.numbers, given, known)) is not None:
+        if block.options.get("ELSET"):
+            deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, keys))
+        return
     for row in _joined(block.rows, count + 1):
         label = _add(deck, row, block.scope, given, known, count)
         if block.options.get("ELSET"):
             deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, label))
+
+
+def add_many(deck: Deck, block: Block, numbers: Numbers, given: str, known: Type) -> list[Key] | None:
+    """Add elements whose lines are numbers, and return their keys; None where one asks for a look of its own."""
+    if known.cell in ("", "line3"):
+        return None
+    found = _in_rows(numbers, CELLS[known.cell].count + 1)
+    if found is None:
+        return None
+    table, height = found
+    if (table < 0).any():
+        return None
+    keys = [(block.scope, label) for label in table[:, 0].astype(int).tolist()]
+    nodes = deck.numbered.find(block.scope, table[:, 1:].astype(int))
+    order = np.sort(nodes, axis=1)
+    if (order[:, 0] < 0).any() or (order[:, 1:] == order[:, :-1]).any():
+        return None
+    if len(set(keys)) < len(keys) or any(key in deck.elements for key in keys):
+        return None
+    if known.cell not in deck.cells:
+        deck.cells[known.cell] = Table(nodes.shape[1])
+    rows = deck.cells[known.cell].extend(nodes)
+    lines = numbers.first + 1 + height * np.arange(len(keys))
+    deck.elements.add_block(keys, ElementBlock(given, known.family, nodes, block.file, lines, known.cell, rows))
+    if REDUCED.fullmatch(given):
+        value = np.asarray(1.0 if deck.spoken.dialect == "abaqus" else 2.0)
+        deck.data.setdefault(("integration", known.cell), {}).update(dict.fromkeys(rows, value))
+    return keys
+
+
+def _in_rows(numbers: Numbers, width: int) -> tuple[np.ndarray, int] | None:
+    """Return the numbers (n, width) of elements that have as many lines each, and how many; None of all others.
+
+    Every line of an element but its last one ends in a comma.
+    """
+    blank = np.isnan(numbers.values)
+    ends = np.cumsum(numbers.counts)
+    open_ = blank[ends - 1]
+    filled = numbers.counts - open_
+    total = np.cumsum(filled)
+    height = int(np.searchsorted(total, width)) + 1
+    if np.count_nonzero(blank) > np.count_nonzero(open_) or len(filled) % height:
+        return None
+    if (filled.reshape(-1, height).sum(axis=1) != width).any() or not open_.reshape(-1, height)[:, :-1].all():
+        return None
+    return numbers.values[~blank].reshape(-1, width), height
 
 
 def user_element(deck: Deck, block: Block) -> None:
@@ -236,7 +290,9 @@ def place(deck: Deck, row: Row, scope: str, label: int, element: Element, cell: 
 
 def note_others(deck: Deck) -> None:
     """Say which elements differ much from those of the deck's program: frequencies of clamped plates."""
-    count = Counter(element.type for element in deck.elements.values())
+    count: Counter[str] = Counter()
+    for name, number in deck.elements.types():
+        count[name] += number
     if count["C3D8R"]:
         deck.note(f"{count['C3D8R']} elements of C3D8R {INCOMPATIBLE}")
     if count["S4R"] and deck.spoken.dialect == "calculix":

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.fe.readers.abaqus.deck import LABEL, Deck
-from modalprep.fe.readers.abaqus.lexer import Block, Row
+from modalprep.fe.readers.abaqus.lexer import Block, Numbers, Row
 
 MOST = 1_000_000  # nodes that one line may make
 
@@ -48,16 +48,41 @@ def nodes(deck: Deck, block: Block) -> None:
     if kind not in ("R", "C", "S"):
         block.refuse(f"has SYSTEM={kind}; known are R, C and S")
     members = deck.members("NSET", block.scope, block.options["NSET"]) if block.options.get("NSET") else []
+    if block.numbers and (labels := _many(deck, block, block.numbers, kind)) is not None:
+        members.append((block.scope, labels))
+        return
     for row in block.rows:
         label = label_of(row, 0, "node")
-        point = _local(kind, _coordinates(row, label))
-        if block.scope in deck.systems:
-            origin, axes = deck.systems[block.scope]
-            point = origin + point @ axes
-        deck.add_node(row, block.scope, label, deck.placed(block.scope, point))
+        deck.add_node(row, block.scope, label, _global(deck, block.scope, kind, _coordinates(row, label)))
         members.append((block.scope, label))
         if any(row.fields[4:7]):
             deck.skipped.append(("normals in lines of *NODE", f"line {row.line}"))
+
+
+def _many(deck: Deck, block: Block, numbers: Numbers, kind: str) -> np.ndarray | None:
+    """Add nodes whose lines are numbers, and return their labels; None where one of them has no number of its own."""
+    table = numbers.values.reshape(len(numbers.counts), -1)
+    if not (table[:, 0] >= 0).all() or not np.isnan(table[:, 4:7]).all():
+        return None
+    labels = table[:, 0].astype(int)
+    if not deck.numbered.add_block(block.scope, labels):
+        return None
+    points = np.zeros((len(table), 3))
+    given = table[:, 1:4]
+    points[:, : given.shape[1]] = np.nan_to_num(given)
+    if kind != "R" or block.scope in deck.systems or block.scope in deck.parts.moves:
+        points = np.array([_global(deck, block.scope, kind, point) for point in points])
+    deck.points.extend(points)
+    return labels
+
+
+def _global(deck: Deck, scope: str, kind: str, point: np.ndarray) -> np.ndarray:
+    """Return a point of a line of *NODE in global axes."""
+    point = _local(kind, point)
+    if scope in deck.systems:
+        origin, axes = deck.systems[scope]
+        point = origin + point @ axes
+    return deck.placed(scope, point)
 
 
 def _coordinates(row: Row, label: int) -> np.ndarray:

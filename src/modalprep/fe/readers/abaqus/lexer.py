@@ -9,8 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from modalprep.errors import InputError
+import numpy as np
 
+from modalprep.errors import InputError
+from modalprep.fe.readers.text import Lines
+
+LONG = {"NODE", "ELEMENT", "NSET", "ELSET"}  # keywords with many lines
+STAR = ord("*")
 DEEPEST = 20  # files that include files
 MOST = 1000  # included files
 PIECES = re.compile(r'(?:[^,"]|"[^"]*"?)+|(?<=,)(?=,)|^(?=,)|(?<=,)$')  # between commas outside quotes
@@ -92,6 +97,20 @@ class Options(dict[str, str]):
         return [name for name in self if name not in self._read]
 
 
+class Numbers(NamedTuple):
+    """The numbers of the data lines from `first` on (from 0), NaN of blank fields, and how many each line has."""
+
+    lines: Lines
+    first: int
+    values: np.ndarray
+    counts: np.ndarray
+
+    def rows(self, file: str) -> list[Row]:
+        """Return the data lines one by one."""
+        places = range(self.first, self.first + len(self.counts))
+        return [Row(_fields(self.lines[k].strip()), file, k + 1) for k in places]
+
+
 @dataclass(slots=True)
 class Block:
     """A keyword with its options and its data lines.
@@ -108,16 +127,27 @@ class Block:
         Number of the step that it stands in; 0 before the first.
     owner : Block or None
         The section or coupling that a keyword which stands behind it belongs to.
+    numbers : Numbers or None
+        Of data lines that are nothing but plain numbers, which are many.
     """
 
     keyword: str
     options: Options
     file: str
     line: int
-    rows: list[Row] = field(default_factory=list)
+    listed: list[Row] = field(default_factory=list)
     scope: str = ""
     step: int = 0
     owner: Block | None = None
+    numbers: Numbers | None = None
+
+    @property
+    def rows(self) -> list[Row]:
+        """The data lines, one by one from now on where they are numbers."""
+        if self.numbers is not None:
+            self.listed = self.numbers.rows(self.file)
+            self.numbers = None
+        return self.listed
 
     def refuse(self, what: str) -> NoReturn:
         """Raise the error that names file, line and keyword."""
@@ -171,19 +201,41 @@ class _Reading:
         self.digest.update(content)
         self.files += 1
         header = ""
-        for number, line in enumerate(content.decode("utf-8-sig", errors="replace").splitlines(), 1):
-            line = line.strip().strip("\x1a\0")
+        lines = Lines(content)
+        stars = np.append(np.flatnonzero(lines.beginnings(0, len(lines)) == STAR), len(lines))
+        at = 0
+        while at < len(lines):
+            at += 1
+            number = at
+            line = lines[at - 1].strip().strip("\x1a\0")
             if not line or line.startswith("**"):
                 continue
             if line.startswith("*"):
                 header = line
                 self.add(_block(line, str(path), number), path, inside)
+                at = self.take_numbers(lines, at, int(stars[np.searchsorted(stars, at)]))
             elif header.endswith(",") and not self.blocks[-1].rows and line[0].isalpha():
                 header += line
                 self.again(_block(header, str(path), self.blocks[-1].line), path, inside)
             else:
                 header = ""
                 self.blocks[-1].rows.append(Row(_fields(line), str(path), number))
+
+    def take_numbers(self, lines: Lines, first: int, last: int) -> int:
+        """Give the last block the lines up to `last` where they are all it has, and numbers; return what follows."""
+        block = self.blocks[-1]
+        if block.keyword not in LONG or last - first < lines.least or block.options.peek("INPUT"):
+            return first
+        behind = last
+        while behind < len(lines) and (lines[behind].startswith("**") or not lines[behind].strip()):
+            behind += 1
+        if behind < len(lines) and not lines[behind].startswith("*"):
+            return first
+        found = lines.free(first, last, reals=block.keyword == "NODE")
+        if found is None:
+            return first
+        block.numbers = Numbers(lines, first, *found)
+        return behind
 
     def add(self, block: Block, path: Path, inside: tuple[Path, ...]) -> None:
         """Append a block; ``*INCLUDE`` is replaced by the file, INPUT= adds the file's lines."""

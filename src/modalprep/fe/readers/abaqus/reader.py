@@ -166,7 +166,8 @@ def _refuse_bare_couplings(deck: Deck, blocks: list[Block]) -> None:
 
 def _note_bare_points(deck: Deck) -> None:
     """Say which masses and springs have no keyword with their values."""
-    count = Counter(e.type for key, e in deck.elements.items() if e.family in POINTS and key not in deck.sectioned)
+    bare = (key for key in deck.elements if key not in deck.sectioned)
+    count = Counter(deck.elements[key].type for key in bare if deck.elements.family(key) in POINTS)
     for kind, number in count.items():
         deck.note(
             f"{number} elements of TYPE={kind} have no mass or stiffness, because no keyword of the deck gives it; "
@@ -177,7 +178,7 @@ def _note_bare_points(deck: Deck) -> None:
 def _mesh(deck: Deck, sha256: str) -> Mesh:
     if not deck.points or not any(kind != "vertex" for kind in deck.cells):
         raise InputError(f"mesh file {deck.path} holds no {'cells' if deck.points else 'nodes'}; export it again")
-    turning = {n for e in deck.elements.values() if e.family in ROTATING for n in (*e.nodes, *e.extra)}
+    turning = deck.elements.nodes_of(frozenset(ROTATING))
     turning |= {link.node for link in deck.links}
     tie_equations(deck, turning)
     turn_rotation_nodes(deck)
@@ -251,7 +252,7 @@ def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
 
 def _labels(deck: Deck) -> tuple[np.ndarray, np.ndarray]:
     """Return the order of the nodes by their numbers, and these; instances that share numbers are numbered apart."""
-    numbers = np.array([label for _, label in deck.keys])
+    numbers = deck.numbered.labels
     if len(np.unique(numbers)) < len(numbers):
         step = 10 ** len(str(numbers.max()))
         shift = {scope: k * step for k, scope in enumerate(["", *deck.parts.moves])}
@@ -296,6 +297,6 @@ def _rows(deck: Deck, kind: str, key: tuple[str, str]) -> dict[str, list[int]]:
     if kind == "NSET":
         return {"vertex": [deck.cell("vertex", [node])[1] for node in deck.resolve(kind, key)]}
     for element in deck.resolve(kind, key):
-        for cell, row in deck.elements[element].cells:
+        for cell, row in deck.elements.cells(element):
             rows.setdefault(cell, []).append(row)
     return rows

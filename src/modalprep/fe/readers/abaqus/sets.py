@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.readers.abaqus.deck import LABEL, Deck, Surface
 from modalprep.fe.readers.abaqus.lexer import Block, Row
@@ -28,6 +30,10 @@ def node_or_element_set(deck: Deck, block: Block) -> None:
         deck.internal.add((kind, (block.scope, name.upper())))
     if kind == "NSET" and block.options.get("ELSET"):
         members.append((scope, (block.options["ELSET"],)))
+    if block.numbers and "GENERATE" not in block.options and not (block.numbers.values < 0).any():
+        values = block.numbers.values
+        members.append((scope, values[~np.isnan(values)].astype(int)))
+        return
     for row in block.rows:
         fields = [f for f in row.fields if f]
         if "GENERATE" in block.options:
