@@ -57,6 +57,16 @@ def test_one_subcase(tmp_path):
     assert "# Gravity of subcase 2 is" in text
 
 
+def test_all_modes_are_not_asked_for(tmp_path):
+    """A deck that asks for all by a large number gets candidates, and the error in its band says how many more."""
+    _, table, text = written(
+        tmp_path, "METHOD = 5\nBEGIN BULK\n" + GRIDS + BARS[len(GRIDS) :] + "EIGRL,5,,300.,99999\n"
+    )
+    assert table["reduction"]["modes"] == 10
+    assert (table["reduction"]["up_to"], table["reduction"]["target_error"]) == (300, "1%")
+    assert "asks for 99999" in text
+
+
 def test_a_load_on_the_interfaces_alone_is_none(tmp_path):
     """The constraint modes have its response; the pipeline file would be refused with it."""
     found, table, _ = written(tmp_path, "LOAD = 3\nSPC = 2\nBEGIN BULK\n" + BARS + SETS + "ASET1,123456,4")

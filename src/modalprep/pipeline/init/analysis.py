@@ -9,6 +9,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.pipeline.init.proposal import comment, key, numbers, quoted
 from modalprep.pipeline.schema.pipeline import BUILT_IN
 
+MODES, MOST_MODES = 10, 500  # candidates without a word of the deck, and the most that it may ask for
 MOST_LOADS = 12  # that are active: each adds a mode
 
 
@@ -36,12 +37,21 @@ def said_lines(case: AnalysisCase) -> list[str]:
     return lines
 
 
+def modes_text(case: AnalysisCase) -> str:
+    """Return the number of candidate modes and where it comes from; a deck may ask for all by a large number."""
+    if not case.modes:
+        return f"{MODES}  # candidates"
+    if case.modes > MOST_MODES:
+        return f"{MODES}  # candidates, where {case.name} asks for {case.modes}"
+    return f"{case.modes}  # candidates, as many as {case.name} asks for"
+
+
 def band_lines(case: AnalysisCase) -> list[str]:
     """Return the highest frequency: with an error that needs as many modes, or in a comment beside their count."""
     if case.highest is None:
         return []
     highest = f"up_to = {case.highest:.10g}  # Hz, the highest frequency of the deck"
-    if case.modes:
+    if case.modes and case.modes <= MOST_MODES:
         return [f"# {highest}, for the error against the full model"]
     return [highest, 'target_error = "1%"  # ASSUMPTION: as many modes as this error needs']
 

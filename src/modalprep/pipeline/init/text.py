@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.fe.mesh.analysis import AnalysisCase
-from modalprep.pipeline.init.analysis import band_lines, damping_text, load_tables, said_lines, vector_lines
+from modalprep.pipeline.init.analysis import band_lines, damping_text, load_tables, modes_text, said_lines, vector_lines
 from modalprep.pipeline.init.interfaces import MOST
 from modalprep.pipeline.init.proposal import Proposal, comment, key, number, quoted
 from modalprep.pipeline.init.survey import Survey
 from modalprep.pipeline.init.units import extent
 
-MODES = 10
 MOST_LISTED = 24  # further interfaces in comments
 SHELL, ROD = 100, 40  # size of the part over the assumed thickness of shells and diameter of beams
 UPS = (
@@ -139,7 +138,6 @@ def _table(one: Proposal) -> str:
 
 def _reduction(survey: Survey) -> str:
     case = survey.case or AnalysisCase(number=0, name="")
-    asked = f", as many as {case.name} asks for" if case.modes else ""
-    modes = f"modes = {case.modes or MODES}  # candidates{asked}; the report says which matter"
+    modes = f"modes = {modes_text(case)}; the report says which matter"
     damping = f"damping = {damping_text(case)}"
     return "\n".join([*said_lines(case), "[reduction]", modes, *band_lines(case), damping, *vector_lines(case)])

@@ -34,7 +34,7 @@ def test_gravity_is_opposite_to_the_acceleration_of_the_ground(tmp_path):
 
 
 def test_modes(tmp_path):
-    [case] = read(tmp_path, "MODOPT,LANB,8,5.,400.").cases
+    [case] = read(tmp_path, "MODOPT,LANB,8,5.,400.,OFF").cases
     assert (case.modes, case.lowest, case.highest) == (8, 5.0, 400.0)
 
 

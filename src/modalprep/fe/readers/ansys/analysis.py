@@ -33,7 +33,8 @@ def force(deck: Deck, command: Command) -> None:
 def analysis(deck: Deck, command: Command) -> None:
     """ACEL, MODOPT, and the damping of the whole: their numbers."""
     try:
-        deck.said[command.key] = command.reals(2 if command.key == "MODO" else 1)
+        first = 2 if command.key == "MODO" else 1
+        deck.said[command.key] = [command.real(k, "value", 0.0) for k in range(first, first + 3)]
     except InputError:
         unread(deck, command)
 
