@@ -5,9 +5,13 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.linalg import eigvalsh
 
 from modalprep.cli import main
+from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.init.write import init_pipeline
+from modalprep.pipeline.schema.load import load
+from modalprep.reduction.clamped import clamp
 
 GRIDS = "".join(f"GRID,{k},,{0.5 * (k - 1)}\n" for k in range(1, 6))
 BARS = GRIDS + "".join(f"CBAR,{k},5,{k},{k + 1},0.,1.,0.\n" for k in range(1, 5))
@@ -26,6 +30,14 @@ def written(folder, text, name="part.bdf", **options):
     found, files = init_pipeline(folder / name, folder / "part.toml", force=True, length_unit="m", **options)
     text = files[0].read_text()
     return found, tomllib.loads(text), text
+
+
+def below(folder, frequency):
+    """How many modes of the clamped model lie below a frequency, all computed."""
+    source = load(folder / "part.toml")
+    clamped = clamp(assemble_pipeline(source.pipeline, read_pipeline_mesh(source)))
+    w2 = eigvalsh(clamped.K_ii.toarray(), clamped.M_ii.toarray())
+    return np.count_nonzero(w2 < (2 * np.pi * frequency) ** 2)
 
 
 def test_all_subcases(tmp_path):
@@ -47,24 +59,24 @@ def test_all_subcases(tmp_path):
 
 
 def test_one_subcase(tmp_path):
-    """A band without a count asks for as many modes as an error in it needs."""
+    """A band without a count gets the modes of the clamped beam up to 1.5 times its end."""
     _, table, text = written(tmp_path, CONTROL + BARS + SETS, subcase=2)
     assert table["supports"] == {"spc_2": {"set": "spc_2"}}
     assert table["loads"] == {"load_8": {"set": "load_8"}}
-    assert (table["reduction"]["up_to"], table["reduction"]["target_error"]) == (900, "1%")
+    assert table["reduction"]["modes"] == below(tmp_path, 1.5 * 900)
+    assert "# up_to = 900  # Hz" in text
     assert table["reduction"]["damping"] == 0.01
     assert "ASSUMPTION: of critical" in text
     assert "# Gravity of subcase 2 is" in text
 
 
 def test_all_modes_are_not_asked_for(tmp_path):
-    """A deck that asks for all by a large number gets candidates, and the error in its band says how many more."""
+    """A deck that asks for all by a large number gets those of its band."""
     _, table, text = written(
         tmp_path, "METHOD = 5\nBEGIN BULK\n" + GRIDS + BARS[len(GRIDS) :] + "EIGRL,5,,300.,99999\n"
     )
-    assert table["reduction"]["modes"] == 10
-    assert (table["reduction"]["up_to"], table["reduction"]["target_error"]) == (300, "1%")
-    assert "asks for 99999" in text
+    assert table["reduction"]["modes"] == below(tmp_path, 1.5 * 300)
+    assert "those up to 1.5 times the 300 Hz of the case control" in text
 
 
 def test_a_load_on_the_interfaces_alone_is_none(tmp_path):

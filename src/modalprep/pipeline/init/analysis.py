@@ -6,6 +6,7 @@ import numpy as np
 
 from modalprep.fe.mesh.analysis import AnalysisCase
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.pipeline.init.case import BAND
 from modalprep.pipeline.init.proposal import comment, key, numbers, quoted
 from modalprep.pipeline.schema.pipeline import BUILT_IN
 
@@ -37,23 +38,22 @@ def said_lines(case: AnalysisCase) -> list[str]:
     return lines
 
 
-def modes_text(case: AnalysisCase) -> str:
+def modes_text(case: AnalysisCase, in_band: int | None) -> str:
     """Return the number of candidate modes and where it comes from; a deck may ask for all by a large number."""
-    if not case.modes:
-        return f"{MODES}  # candidates"
-    if case.modes > MOST_MODES:
-        return f"{MODES}  # candidates, where {case.name} asks for {case.modes}"
-    return f"{case.modes}  # candidates, as many as {case.name} asks for"
+    if case.modes and case.modes <= MOST_MODES:
+        return f"{case.modes}  # candidates, as many as {case.name} asks for"
+    if in_band is not None and case.highest and in_band <= MOST_MODES:
+        return f"{max(in_band, 1)}  # candidates, those up to {BAND:g} times the {case.highest:g} Hz of {case.name}"
+    asked = f", where {case.name} asks for {case.modes}" if case.modes else ""
+    return f"{MODES}  # candidates{asked}{f', of {in_band} in the band' if in_band else ''}"
 
 
 def band_lines(case: AnalysisCase) -> list[str]:
-    """Return the highest frequency: with an error that needs as many modes, or in a comment beside their count."""
+    """Return the highest frequency as a comment: to measure the error up to it takes the modes of the full model."""
     if case.highest is None:
         return []
-    highest = f"up_to = {case.highest:.10g}  # Hz, the highest frequency of the deck"
-    if case.modes and case.modes <= MOST_MODES:
-        return [f"# {highest}, for the error against the full model"]
-    return [highest, 'target_error = "1%"  # ASSUMPTION: as many modes as this error needs']
+    what = "Hz, the highest frequency of the deck: measures the error against the full model up to there"
+    return [f"# up_to = {case.highest:.10g}  # {what}"]
 
 
 def damping_text(case: AnalysisCase) -> str:

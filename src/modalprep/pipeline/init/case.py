@@ -6,13 +6,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.analysis import AnalysisCase
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.linalg.modes import count_below
 from modalprep.reduction.loads import Load, nodal_load
 
+BAND = 1.5  # times the highest frequency of interest: Craig-Bampton's usual margin
+MOST_DOFS = 300_000  # of a model whose modes are counted, by one factorisation
 FIRST = ("supports", "modes", "lowest", "highest", "damping", "gravity")  # what is taken of the first case that says it
 
 
@@ -53,6 +57,16 @@ def idle_loads(model: FEModel, mesh: Mesh, names: Sequence[str]) -> dict[str, st
         else:
             found |= {} if acts else {name: f"load {name!r} acts on fixed interfaces only, which need no vector for it"}
     return found
+
+
+def modes_in_band(model: FEModel, highest: float) -> int | None:
+    """Return how many modes the clamped model has up to `BAND` times a frequency; None where to count takes long."""
+    if model.n_dof > MOST_DOFS:
+        return None
+    fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
+    inside = model.C[:, ~np.isin(model.free, fixed)]
+    K, M = (csr_array(inside.T @ A @ inside) for A in (model.K, model.M))
+    return count_below(K, M, (2 * np.pi * BAND * highest) ** 2)
 
 
 def _joined(cases: Sequence[AnalysisCase]) -> AnalysisCase:

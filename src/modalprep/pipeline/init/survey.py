@@ -47,6 +47,8 @@ class Survey(Record):
         What the file says, or could not be guessed.
     case : AnalysisCase or None
         What a deck says of its analysis.
+    in_band : int or None
+        How many modes the clamped model has in the band of a deck that gives no count; None where not counted.
     """
 
     file: Path
@@ -57,6 +59,7 @@ class Survey(Record):
     interfaces: list[Proposal]
     notes: tuple[str, ...]
     case: AnalysisCase | None = None
+    in_band: int | None = None
 
     @property
     def mesh(self) -> Mesh:

@@ -138,6 +138,6 @@ def _table(one: Proposal) -> str:
 
 def _reduction(survey: Survey) -> str:
     case = survey.case or AnalysisCase(number=0, name="")
-    modes = f"modes = {modes_text(case)}; the report says which matter"
+    modes = f"modes = {modes_text(case, survey.in_band)}; the report says which matter"
     damping = f"damping = {damping_text(case)}"
     return "\n".join([*said_lines(case), "[reduction]", modes, *band_lines(case), damping, *vector_lines(case)])

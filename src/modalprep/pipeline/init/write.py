@@ -14,7 +14,8 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.dialect import Dialect
 from modalprep.pipeline.building.model import assemble_pipeline
 from modalprep.pipeline.building.sources import refuse_overwriting
-from modalprep.pipeline.init.case import idle_loads
+from modalprep.pipeline.init.analysis import MOST_MODES
+from modalprep.pipeline.init.case import idle_loads, modes_in_band
 from modalprep.pipeline.init.interfaces import without
 from modalprep.pipeline.init.materials import chosen_material
 from modalprep.pipeline.init.pendulum import pendulum_text
@@ -87,7 +88,7 @@ def _that_assembles(
         except InputError as error:
             message = str(error)
         else:
-            survey = _without_idle_loads(survey, model)
+            survey = _counted(_without_idle_loads(survey, model), model)
             return survey, pipeline_text(survey, target, material, given), model
         refused = re.match(r"interface '(.+?)': (.+)", message)
         if not refused or refused[1] not in {one.name for one in survey.active}:
@@ -105,6 +106,14 @@ def _without_idle_loads(survey: Survey, model: FEModel) -> Survey:
         return survey
     kept = tuple(name for name in case.loads if name not in idle)
     return survey.with_(case=case.with_(loads=kept), notes=(*survey.notes, *idle.values()))
+
+
+def _counted(survey: Survey, model: FEModel) -> Survey:
+    """Return the survey with the number of modes in the band of a deck that gives a band alone."""
+    case = survey.case
+    if case is None or case.highest is None or 0 < (case.modes or 0) <= MOST_MODES:
+        return survey
+    return survey.with_(in_band=modes_in_band(model, case.highest))
 
 
 def written_files(file: Path, target: Path, texts: Sequence[str], force: bool) -> list[Path]:

@@ -186,3 +186,28 @@ def test_shear_areas_and_torsion_of_walls(kind):
 def test_walls_that_do_not_fit_are_refused(read):
     with pytest.raises(InputError, match="PBARL 5: the dimensions 4, 4, 3, 3 make no BOX; correct them"):
         read(GRIDS + BAR + "PBARL,5,7,,BOX,,,,,+\n+,4.,4.,3.,3.\n" + STEEL)
+
+
+LAMINATE = "GRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,0.,1.\nCQUAD4,1,9,1,2,3,4\n"
+LAMINATE += "MAT8,8,1.+11,2.+10,.25,5.+9,4.+9,3.+9,1600.\nMAT1,7,2.+11,,.3,8000.\n"
+
+
+@pytest.mark.parametrize("symmetric", ["", "SYM"])
+def test_global_plies_are_plies(read, symmetric):
+    """PCOMPG names its plies by numbers, one in each line; PCOMP has two in each."""
+    own = read(f"{LAMINATE}PCOMPG,9,-.01,2.,,,,,{symmetric}\n,1,8,.01,30.\n,5,7,.02,,YES\n,6,8,.005,-45.\n")
+    same = read(f"{LAMINATE}PCOMP,9,-.01,2.,,,,,{symmetric}\n,8,.01,30.,,7,.02,,YES\n,8,.005,-45.\n")
+    first, second = own.properties["pcompg_9"], same.properties["pcomp_9"]
+    assert first.plies == second.plies
+    assert [round(math.degrees(ply.angle)) for ply in first.plies][:3] == [30, 0, -45]
+    assert first.plies[0].material.G13 == 4e9
+    assert (first.offset, first.nsm) == (second.offset, 2.0)
+    assert first.offset == pytest.approx(-0.01 + 0.035 * (2 if symmetric else 1) / 2)
+
+
+@pytest.mark.parametrize(("field", "said"), [("", False), ("TWO", True), ("3", True), ("0", False)])
+def test_bricks_that_ask_for_no_incompatible_modes(read, field, said):
+    corners = "GRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,0.,1.\nGRID,5,,0.,0.,1.\nGRID,6,,1.,0.,1.\n"
+    deck = corners + "GRID,7,,1.,1.,1.\nGRID,8,,0.,1.,1.\nCHEXA,1,9,1,2,3,4,5,6,+\n+,7,8\nMAT1,7,2.+11,,.3,8000.\n"
+    notes = " ".join(read(f"{deck}PSOLID,9,7,,{field}\n").notes)
+    assert ("PSOLID 9: CHEXA with 8 grids have incompatible modes here" in notes) is said

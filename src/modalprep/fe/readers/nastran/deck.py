@@ -18,6 +18,7 @@ from modalprep.fe.readers.nastran.alike import add_alike
 from modalprep.fe.readers.nastran.analysis import add_cases
 from modalprep.fe.readers.nastran.builder import Builder, Gaps
 from modalprep.fe.readers.nastran.cards import INTEGER, Card
+from modalprep.fe.readers.nastran.elements import note_integration
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.handedness import turn_left_handed
 from modalprep.fe.readers.nastran.nonstructural import add_nonstructural_mass
@@ -131,6 +132,7 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | N
         for card in one_by_one([entry]):
             builder.add(card, handler)
     turn_left_handed(builder)
+    note_integration(builder)
     add_scalar_masses(builder)
     add_nonstructural_mass(builder, path)
     nastran_constraints.add_equations(builder, path)

@@ -44,6 +44,16 @@ def _solid(b: Builder, card: Card) -> None:
         b.put("integration", kind, row, 1.0)
 
 
+def note_integration(b: Builder) -> None:
+    """Say where PSOLID asks bricks of eight grids for an integration without incompatible modes."""
+    for number, card in b.tables.get("solid", {}).items():
+        if "hexahedron" in b.groups.get(f"psolid_{number}", {}) and card.text(3) in ("2", "TWO", "3", "THREE"):
+            b.conversion.note(
+                f"PSOLID {number}: CHEXA with 8 grids have incompatible modes here, though IN = {card.text(3)} asks "
+                "for none: Nastran's are then stiffer in bending"
+            )
+
+
 def _nodes(b: Builder, card: Card, cell: Cell, components: int) -> tuple[str, list[int]]:
     """Return the kind and the nodes of a cell, from field 2 on; mid-side grids may be missing, or all of them."""
     first = len(cell.corners)
