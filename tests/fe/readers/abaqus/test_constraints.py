@@ -7,7 +7,7 @@ from structured import box
 
 import modalprep as mp
 from modalprep.errors import InputError
-from modalprep.fe.readers.abaqus.ties import nearest
+from modalprep.fe.mesh.nearest_face import nearest
 
 
 @pytest.fixture
