@@ -86,10 +86,10 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     },
     # of the model, what the cells of a mesh are, and how matrices of other programs are read
     ("formats", "fe"): {
-        "fe.mesh.cells", "fe.mesh.mesh", "fe.readers.abaqus.lexer",
+        "fe.mesh.cells", "fe.mesh.facets", "fe.mesh.mesh", "fe.readers.abaqus.lexer",
         *(f"fe.external.{name}" for name in "abaqus archive entries files model output4".split()),
     },
-    ("report", "fe"): {"fe.mesh.cells"},
+    ("report", "fe"): {"fe.mesh.cells", "fe.mesh.facets"},
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
 }  # fmt: skip
 KERNELS_TAKE = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.fe.mesh.cells import cell_of
+from modalprep.fe.mesh.facets import boundary, corners, of_dimension
 from modalprep.formats.contractions import inertia, moment
 from modalprep.formats.nodes import refuse_other_modal_mass
 from modalprep.vectors import skew
@@ -161,23 +160,7 @@ def surface_triangles(cells: dict[str, np.ndarray]) -> np.ndarray:
     >>> surface_triangles({"tetra": np.array([[0, 1, 2, 3], [1, 2, 3, 4]])}).shape  # the face between is not seen
     (6, 3)
     """
-    shells, solids = {3: [], 4: []}, {3: [], 4: []}
-    for kind, nodes in cells.items():
-        cell = cell_of(kind)
-        if cell is None:
-            continue
-        for face in cell.faces:
-            home = shells if cell.dimension == 2 else solids
-            home[len(face)].append(nodes[:, face])
-    found = [np.zeros((0, 3), dtype=int)]
-    for corners in (3, 4):
-        outer = [_once(np.concatenate(solids[corners]))] if solids[corners] else []
-        for faces in (*shells[corners], *outer):
-            found += [faces[:, [0, i, j]] for i, j in pairwise(range(1, corners))]
-    return np.concatenate(found)
-
-
-def _once(faces: np.ndarray) -> np.ndarray:
-    """Return the faces whose set of corners occurs once."""
-    _, which, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return faces[count[which.ravel()] == 1]
+    skin = boundary(of_dimension(cells, 3))
+    faces = corners([*of_dimension(cells, 2), *skin.items()])
+    quads = faces[faces[:, 2] != faces[:, 3]]
+    return np.concatenate([faces[:, :3], quads[:, [0, 2, 3]]])

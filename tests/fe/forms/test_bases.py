@@ -9,8 +9,9 @@ from structured import box, random_rotation, surface
 import modalprep as mp
 from modalprep.errors import InputError
 from modalprep.fe.families import FAMILIES
-from modalprep.fe.forms.facets import boundary, facet_of
+from modalprep.fe.forms.cells import corner_mesh
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.facets import boundary, distinct, facets
 
 STEEL = mp.Material(E=2e11, nu=0.3, rho=8000.0)
 R = random_rotation(7)
@@ -67,18 +68,42 @@ def test_some_facets():
         mp.fe.facet_bases(cube, "body", lambda x: x[0] > 9)
 
 
+def test_facets_of_two_wedges():
+    """Five faces each, of which they share the triangle between them, whatever its first node."""
+    for upper in ([3, 4, 5, 6, 7, 8], [4, 5, 3, 7, 8, 6]):
+        found = boundary([("wedge", np.array([[0, 1, 2, 3, 4, 5], upper]))])
+        assert {kind: len(cells) for kind, cells in found.items()} == {"triangle": 2, "quad": 6}
+
+
 def test_facets_of_two_kinds_of_cells():
     """What a wedge and a hexahedron share is no facet of their union."""
-    points = np.array([[x, y, z] for z in (0.0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1), (2, 0))])
     parts = [("hexahedron", np.array([[0, 1, 2, 3, 5, 6, 7, 8]])), ("wedge", np.array([[1, 4, 2, 6, 9, 7]]))]
-    found = boundary(parts, points)
+    found = boundary(parts)
     assert {kind: len(cells) for kind, cells in found.items()} == {"quad": 7, "triangle": 2}
 
 
-@pytest.mark.parametrize("kind", [kind for kind, cell in CELLS.items() if cell.dimension == 3])
-def test_every_face_is_one_of_scikit_fem(kind):
-    sides = [facet_of(kind, k) for k in range(len(CELLS[kind].faces))]
-    assert {tuple(nodes) for _, nodes in sides} == {tuple(CELLS[kind].face(k)[1]) for k in range(len(sides))}
+@pytest.mark.parametrize("kind", ["triangle", "quad", "tetra", "hexahedron"])
+def test_facets_are_those_of_scikit_fem(kind):
+    """Corners of all facets of a mesh, and of those on its boundary; not of wedges, see `mesh.facets`."""
+    points, cells = box(kind, (3, 2, 2)) if CELLS[kind].dimension == 3 else surface(3, 2, kind)
+    mesh = corner_mesh(kind, points, cells)
+    for found, wanted in (
+        (distinct(facets([(kind, cells)])), mesh.facets),
+        (boundary([(kind, cells)]), mesh.facets[:, mesh.boundary_facets()]),
+    ):
+        own = [frozenset(face) for faces in found.values() for face in faces.tolist()]
+        assert len(own) == wanted.shape[1]
+        assert set(own) == set(map(frozenset, wanted.T.tolist()))
+
+
+@pytest.mark.parametrize("kind", [kind for kind, cell in CELLS.items() if cell.dimension > 1])
+def test_facets_have_the_nodes_of_their_kind(kind):
+    """On the unit cell: mid-side nodes and centres are in the middle of their corners."""
+    at = CELLS[kind].node_coordinates()
+    for name, own in CELLS[kind].facets:
+        corners, cell = at[own[: len(CELLS[name].corners)]], CELLS[name]
+        middles = [corners[edge].mean(axis=0) for edge in cell.edges] + [corners.mean(axis=0)]
+        np.testing.assert_array_equal(at[own], [*corners, *middles][: cell.count])
 
 
 def test_a_group_that_has_no_basis():

@@ -12,8 +12,9 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part
 from modalprep.fe.assembly.structure import Structure
 from modalprep.fe.forms.basis import Place, cell_basis
-from modalprep.fe.forms.facets import boundary
 from modalprep.fe.forms.families import plain
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.facets import boundary
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.suggest import suggestion
 
@@ -96,12 +97,15 @@ def facet_bases(
     place = place_of(model)
     if isinstance(facets, str):
         own = [(part.kind, part.nodes) for part in parts_of(model, facets)]
-        cells = boundary(own, place.points, where)
-        if not cells:
+        cells = boundary(own)
+        for kind, nodes in cells.items() if where is not None else ():
+            middle = place.points[nodes[:, : len(CELLS[kind].corners)]].mean(axis=1)
+            cells[kind] = nodes[where(middle.T)]
+        if not any(map(len, cells.values())):
             raise InputError(f"group {facets!r} has no facet where it is asked for; widen the condition")
     else:
         cells = facets
-    return [cell_basis(kind, np.asarray(nodes), place) for kind, nodes in cells.items()]
+    return [cell_basis(kind, np.asarray(nodes), place) for kind, nodes in cells.items() if len(nodes)]
 
 
 def part_bases(parts: Sequence[Part], place: Place) -> list[CellBasis]:

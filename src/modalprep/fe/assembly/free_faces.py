@@ -8,7 +8,8 @@ import numpy as np
 
 from modalprep.fe.assembly.parts import Part
 from modalprep.fe.elements.solid import integration_of
-from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.cells import cell_dimension
+from modalprep.fe.mesh.facets import facets, numbered
 from modalprep.fe.properties.properties import Solid
 
 BESIDE = np.array([[k // 2 != j // 2 for j in range(6)] for k in range(6)])  # faces next to each face
@@ -23,9 +24,9 @@ def with_free_faces(parts: list[Part]) -> tuple[list[Part], list[str]]:
     reduced = [part for part in parts if _is_reduced(part)]
     if not reduced:
         return parts, []
-    quads = np.concatenate([_quads(part) for part in [*reduced, *(p for p in parts if not _is_reduced(p))]])
-    _, number, count = np.unique(np.sort(quads, axis=1), axis=0, return_inverse=True, return_counts=True)
-    own = number.ravel()[: 6 * sum(len(part.nodes) for part in reduced)].reshape(-1, 6)
+    number = numbered(np.concatenate([_quads(p) for p in sorted(parts, key=_is_reduced, reverse=True)]))
+    count = np.bincount(number)
+    own = number[: 6 * sum(len(part.nodes) for part in reduced)].reshape(-1, 6)
     alone = ~((count[own] > 1) @ BESIDE.T)
     agreed = np.bincount(own.ravel(), alone.ravel(), len(count))
     share = np.where(agreed[own] == count[own], 1 / count[own], 0.0)
@@ -54,5 +55,6 @@ def _is_reduced(part: Part) -> bool:
 
 def _quads(part: Part) -> np.ndarray:
     """Return the corners ``(n, 4)`` of the quadrilateral faces of solids and shells, six by six of hexahedra."""
-    faces = [list(face) for face in CELLS[part.kind].faces if len(face) == 4]
-    return part.nodes[:, faces].reshape(-1, 4) if faces else np.zeros((0, 4), dtype=int)
+    faces = [(part.kind, part.nodes)] if cell_dimension(part.kind) == 2 else facets([(part.kind, part.nodes)])
+    found = [nodes[:, :4] for kind, nodes in faces if kind.startswith("quad")]
+    return np.stack(found, axis=1).reshape(-1, 4) if found else np.zeros((0, 4), dtype=int)

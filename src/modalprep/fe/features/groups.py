@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 
-from modalprep.fe.links.centroid import cell_faces, distinct_faces, face_keys
 from modalprep.fe.mesh.cells import cell_dimension
+from modalprep.fe.mesh.facets import corners, facets, numbered, of_dimension
 from modalprep.fe.mesh.mesh import Mesh
 
 STIFFENERS = re.compile(
@@ -57,33 +57,17 @@ def _rank(mesh: Mesh, name: str) -> tuple[int, int]:
 def structural_cells(mesh: Mesh) -> dict[str, np.ndarray]:
     """Return which cells (k,) of each type are structure: no face of a volume and no edge of a face or a volume."""
     found = {}
-    volume = cell_faces(mesh.cells, dimension=3)
-    edges = _edges(np.concatenate([volume, cell_faces(mesh.cells)]), len(mesh.points))
+    faces = list(facets(of_dimension(mesh.cells, 3)))
+    edges = list(facets([*faces, *of_dimension(mesh.cells, 2)]))
     for kind, conn in mesh.cells.items():
         dimension = cell_dimension(kind)
         found[kind] = np.full(len(conn), dimension > 0)
-        if dimension == 2 and len(volume):
-            both = np.concatenate([distinct_faces(volume)[0], cell_faces({kind: conn})])
-            found[kind] = ~_repeats(face_keys(both), len(conn))
+        if dimension in (1, 2):
+            number = numbered(corners([*(edges if dimension == 1 else faces), (kind, conn)], -1))
+            own = len(number) - len(conn)
+            found[kind] = ~np.isin(number[own:], number[:own])
         if dimension == 1:
-            found[kind] = ~np.isin(_codes(conn[:, :2], len(mesh.points)), edges)
             for name, kinds in mesh.groups.items():
                 if STIFFENERS.search(name):
                     found[kind][kinds.get(kind, [])] = True
     return found
-
-
-def _repeats(rows: np.ndarray, last: int) -> np.ndarray:
-    """Return which of the `last` rows occur among the others."""
-    _, label = np.unique(rows, axis=0, return_inverse=True)
-    label = label.ravel()
-    return np.isin(label[-last:], label[:-last])
-
-
-def _edges(faces: np.ndarray, count: int) -> np.ndarray:
-    return np.unique(_codes(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), count))
-
-
-def _codes(pairs: np.ndarray, count: int) -> np.ndarray:
-    """Return one number for each pair of nodes, whatever its direction."""
-    return pairs.min(axis=1).astype(np.int64) * count + pairs.max(axis=1)

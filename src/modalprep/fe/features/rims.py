@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from modalprep.fe.features.cylinder import ROUND, Cylinder, fit_cylinder
-from modalprep.fe.links.centroid import cell_faces
+from modalprep.fe.mesh.facets import numbered, of_dimension
 from modalprep.fe.mesh.mesh import Mesh
 
 FEWEST = 6  # nodes of a circle
@@ -45,20 +45,18 @@ def rims(mesh: Mesh) -> Iterator[dict[str, Any]]:
 
 def _free_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """Return the edges (k, 2) of one shell alone, and a corner (k,) of that shell away from the edge."""
-    faces = cell_faces(mesh.cells)
-    volumes = [conn.ravel() for kind, conn in mesh.cells.items() if len(cell_faces({kind: conn[:1]}, dimension=3))]
-    if volumes:
-        faces = faces[~np.isin(faces, np.concatenate(volumes)).all(axis=1)]
-    pairs = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    opposite = np.roll(faces, -2, axis=1).ravel()
-    opposite = np.where(
-        (opposite == pairs[:, 0]) | (opposite == pairs[:, 1]), np.roll(faces, 1, axis=1).ravel(), opposite
-    )
-    real = pairs[:, 0] != pairs[:, 1]
-    pairs = np.sort(pairs[real], axis=1)
-    opposite = opposite[real]
-    found, first, times = np.unique(pairs, axis=0, return_index=True, return_counts=True)
-    return found[times == 1], opposite[first[times == 1]]
+    solid = np.zeros(len(mesh.points), dtype=bool)
+    for _, nodes in of_dimension(mesh.cells, 3):
+        solid[nodes] = True
+    found = [np.zeros((0, 3), dtype=int)]
+    for kind, nodes in of_dimension(mesh.cells, 2):
+        corners = nodes[:, : 3 if kind.startswith("triangle") else 4]
+        shells = corners[~solid[corners].all(axis=1)]
+        found += [np.roll(shells, -k, axis=1)[:, :3] for k in range(shells.shape[1])]
+    sides = np.concatenate(found)
+    _, first, times = np.unique(numbered(sides[:, :2]), return_index=True, return_counts=True)
+    alone = sides[first[times == 1]]
+    return alone[:, :2], alone[:, 2]
 
 
 def _circle(points: np.ndarray) -> Cylinder | None:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from modalprep.fe.links.centroid import cell_faces, distinct_faces, face_keys
+from modalprep.fe.mesh.facets import boundary, corners, numbered, of_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.records import Record
 
@@ -44,11 +44,10 @@ class Skin(Record):
         pairs = np.stack([self.faces, np.roll(self.faces, -1, axis=1)], axis=2).reshape(-1, 2)
         owner = np.repeat(np.arange(len(self.faces)), 4)
         real = pairs[:, 0] != pairs[:, 1]
-        pairs = np.sort(pairs[real], axis=1)
-        owner = owner[real]
-        order = np.lexsort(pairs.T)
-        pairs, owner = pairs[order], owner[order]
-        same = np.flatnonzero((pairs[1:] == pairs[:-1]).all(axis=1))
+        number = numbered(pairs[real])
+        order = np.argsort(number, kind="stable")
+        owner = owner[real][order]
+        same = np.flatnonzero(np.diff(number[order]) == 0)
         found = np.stack([owner[same], owner[same + 1]], axis=1)
         cosine = np.einsum("ij,ij->i", self.normals[found[:, 0]], self.normals[found[:, 1]])
         return found[cosine >= np.cos(angle)]
@@ -73,24 +72,23 @@ def skin_of(mesh: Mesh) -> Skin:
     --------
     >>> points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     >>> skin = skin_of(Mesh(points=points, cells={"tetra": np.array([[0, 1, 2, 3]])}, groups={}))
-    >>> len(skin.faces), skin.area[:3].round(3).tolist()
-    (4, [0.5, 0.5, 0.5])
+    >>> len(skin.faces), skin.area.round(3).tolist()
+    (4, [0.5, 0.5, 0.866, 0.5])
     """
-    faces, count = distinct_faces(cell_faces(mesh.cells, dimension=3))
-    faces = faces[count == 1]
-    corners = mesh.points[faces]
-    vector = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
+    faces = corners(boundary(of_dimension(mesh.cells, 3)).items())
+    at = mesh.points[faces]
+    vector = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]) / 2
     area = np.linalg.norm(vector, axis=1)
     return Skin(points=mesh.points, faces=faces, normals=vector / np.maximum(area, 1e-300)[:, None], area=area)
 
 
 def named_patches(mesh: Mesh, skin: Skin) -> dict[str, np.ndarray]:
     """Return the faces of the skin in each group of surface cells."""
-    keys = {tuple(row): k for k, row in enumerate(face_keys(skin.faces).tolist())}
+    keys = {frozenset(row): k for k, row in enumerate(skin.faces.tolist())}
     found = {}
-    for name, kinds in mesh.groups.items():
-        faces = cell_faces({kind: mesh.cells[kind][rows] for kind, rows in kinds.items()})
-        rows = [keys[key] for row in face_keys(faces).tolist() if (key := tuple(row)) in keys]
+    for name in mesh.groups:
+        faces = corners(of_dimension(mesh.group(name), 2)).tolist()
+        rows = [keys[key] for row in faces if (key := frozenset(row)) in keys]
         if rows and len(rows) == len(faces):
             found[name] = np.array(rows)
     return found

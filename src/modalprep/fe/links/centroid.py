@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.fe.mesh.cells import cell_dimension, cell_of
+from modalprep.fe.mesh.facets import boundary, corners, distinct, of_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
-
-CORNERS = 4  # of the widest face
 
 
 def set_centroid(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
@@ -26,7 +24,7 @@ def set_centroid(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
     """
     if spec.cylinder:
         return _on_axis(mesh, np.asarray(spec.cylinder[0], dtype=float), spec.cylinder_axis(), nodes)
-    faces = cell_faces(mesh.group(spec.group) if spec.group else {})
+    faces = corners(of_dimension(mesh.group(spec.group), 2)) if spec.group else np.zeros((0, 4), dtype=int)
     if not len(faces):
         return mesh.points[nodes].mean(axis=0)
     middle, normal = _triangles(mesh.points, faces)
@@ -55,31 +53,9 @@ def outer_faces(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:
     """
     chosen = np.zeros(len(mesh.points), dtype=bool)
     chosen[nodes] = True
-    volumes, count = distinct_faces(cell_faces(mesh.cells, dimension=3))
-    faces = distinct_faces(np.concatenate([volumes[count == 1], cell_faces(mesh.cells)]))[0]
+    skin = boundary(of_dimension(mesh.cells, 3))
+    faces = corners(distinct([*skin.items(), *of_dimension(mesh.cells, 2)]).items())
     return faces[np.all(chosen[faces], axis=1)]
-
-
-def cell_faces(cells: dict[str, np.ndarray], dimension: int = 2) -> np.ndarray:
-    """Return the corners (k, 4) of every face of the cells of a dimension, the last of a triangle twice."""
-    found = [np.zeros((0, CORNERS), dtype=int)]
-    for kind, conn in cells.items():
-        for face in cell.faces if (cell := cell_of(kind)) and cell_dimension(kind) == dimension else ():
-            found.append(np.pad(conn[:, list(face)], ((0, 0), (0, CORNERS - len(face))), mode="edge"))
-    return np.concatenate(found)
-
-
-def distinct_faces(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each face once, whatever its direction, and how often it occurs."""
-    _, first, count = np.unique(face_keys(faces), axis=0, return_index=True, return_counts=True)
-    return faces[first], count
-
-
-def face_keys(faces: np.ndarray) -> np.ndarray:
-    """Return the corners (k, 4) of faces in an order that their direction does not change, -1 first for triangles."""
-    key = faces.copy()
-    key[faces[:, 3] == faces[:, 2], 3] = -1
-    return np.sort(key, axis=1)
 
 
 def _triangles(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.mesh.cells import CELLS, Cell, cell_dimension
+from modalprep.fe.mesh.cells import CELLS, cell_dimension
+from modalprep.fe.mesh.facets import Cells, Facets, boundary, distinct, facets, of_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.reference_cells import shapes
 from modalprep.fe.mesh.select import NodeSet
 
 DEGREE = 4  # products of two quadratic shapes are exact on faces with straight sides
 CROSS = 1e-3  # arms on a straight line, of its radius of gyration: short, so that they count about the line alone
-
-Cells = Mapping[str, np.ndarray]
 
 
 class MeanPoints(NamedTuple):
@@ -125,56 +123,16 @@ def _missed(cells: Cells, nodes: np.ndarray) -> int:
 
 def _outer_faces(mesh: Mesh, nodes: np.ndarray) -> dict[str, np.ndarray]:
     """Return the shells between the nodes, and the faces of volumes where no other follows."""
-    chosen = _Chosen(mesh, nodes)
-    for cell, conn in chosen.of_dimension(3):
-        for number in range(len(cell.faces)):
-            name, local = cell.face(number)
-            chosen.add(name, conn[:, local])
-    found = chosen.taken(once=True)
-    for cell, conn in chosen.of_dimension(2):
-        chosen.add(cell.name, conn)
-    for kind, conn in found.items():
-        chosen.add(kind, conn)
-    return chosen.taken()
+    skin = boundary(of_dimension(mesh.cells, 3))
+    return distinct(_between(nodes, [*of_dimension(mesh.cells, 2), *skin.items()]))
 
 
 def _edges(mesh: Mesh, nodes: np.ndarray) -> dict[str, np.ndarray]:
     """Return the edges of shells between the nodes."""
-    chosen = _Chosen(mesh, nodes)
-    for cell, conn in chosen.of_dimension(2):
-        for number, edge in enumerate(cell.edges):
-            middle = [len(cell.corners) + number] if cell.second_order else []
-            chosen.add("line3" if middle else "line", conn[:, [*edge, *middle]])
-    return chosen.taken()
+    return distinct(_between(nodes, facets(of_dimension(mesh.cells, 2))))
 
 
-class _Chosen:
-    """Collects cells whose nodes are all chosen."""
-
-    def __init__(self, mesh: Mesh, nodes: np.ndarray):
-        self.mesh = mesh
-        self.found = {}
-        self.chosen = np.zeros(len(mesh.points), dtype=bool)
-        self.chosen[nodes] = True
-
-    def of_dimension(self, dimension: int) -> list[tuple[Cell, np.ndarray]]:
-        """Return the kinds and cells of the mesh that have a dimension."""
-        known = {kind: conn for kind, conn in self.mesh.cells.items() if kind in CELLS}
-        return [(CELLS[kind], conn) for kind, conn in known.items() if CELLS[kind].dimension == dimension]
-
-    def add(self, kind: str, conn: np.ndarray) -> None:
-        """Add those of the cells that have no other nodes."""
-        own = conn[self.chosen[conn].all(axis=1)]
-        if len(own):
-            self.found.setdefault(kind, []).append(own)
-
-    def taken(self, once: bool = False) -> dict[str, np.ndarray]:
-        """Return each cell that was added, or those that were added `once`, and forget them."""
-        found = self.found
-        self.found = {}
-        result = {}
-        for kind, parts in found.items():
-            conn = np.concatenate(parts)
-            _, first, count = np.unique(np.sort(conn, axis=1), axis=0, return_index=True, return_counts=True)
-            result[kind] = conn[first[count == 1] if once else first]
-        return {kind: conn for kind, conn in result.items() if len(conn)}
+def _between(nodes: np.ndarray, cells: Facets) -> Facets:
+    """Return those of the cells that have no other nodes."""
+    found = ((kind, conn[np.isin(conn, nodes).all(axis=1)]) for kind, conn in cells)
+    return ((kind, own) for kind, own in found if len(own))

@@ -6,6 +6,7 @@ Nodes are in the order that meshio and VTK share: corners, middles of the edges,
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -114,6 +115,17 @@ class Cell:
         if number in quads and self.dimension == 3 and self.count >= own + len(quads):
             nodes.append(own + quads.index(number))
         return {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}[len(nodes)], nodes
+
+    @cached_property
+    def facets(self) -> list[tuple[str, list[int]]]:
+        """Cell types of the faces of a volume or the edges of a surface, and their nodes among those of the cell."""
+        if self.dimension == 3:
+            return [self.face(k) for k in range(len(self.faces))]
+        if self.dimension < 2:
+            return []
+        middles = len(self.corners) + np.arange(len(self.edges))[:, None]
+        edges = np.hstack([self.edges, middles[:, : int(self.second_order)]])
+        return [("line3" if self.second_order else "line", edge) for edge in edges.tolist()]
 
     def triads(self) -> list[tuple[int, int, int, int]]:
         """Return (corner, neighbours a, b, c) of a volume where three edges meet, right-handed."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.polynomial_shapes import polynomial_shapes
 
 STEPS = 20  # of Newton's method; plane faces need one
 SETTLED = 1e-13
@@ -108,21 +108,7 @@ def _inside(kind: str, x: np.ndarray) -> bool:
     return bool(x.min() >= -1e-12 and high <= 1 + 1e-12)
 
 
-@cache
-def _coefficients(kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Exponents (n, 2) of the monomials, and their coefficients (monomial, node) in the shape functions."""
-    powers = np.array(CELLS[kind].powers)
-    X = CELLS[kind].node_coordinates()
-    return powers, np.linalg.inv(np.prod(X[:, None] ** powers, axis=2))
-
-
 def _shapes(kind: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the shape functions (n,) and their gradients (n, 2) at a point of the unit cell."""
-    powers, C = _coefficients(kind)
-    values = np.prod(x**powers, axis=1)
-    slopes = []
-    for d in (0, 1):
-        lower = powers.copy()
-        lower[:, d] = np.maximum(lower[:, d] - 1, 0)
-        slopes.append(powers[:, d] * np.prod(x**lower, axis=1))
-    return values @ C, (np.array(slopes) @ C).T
+    N, dN = polynomial_shapes(CELLS[kind], x[:, None])
+    return N[0], dN[0]

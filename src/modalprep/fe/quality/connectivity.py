@@ -12,14 +12,13 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from modalprep.fe.mesh.cells import cell_of, mid_nodes
+from modalprep.fe.mesh.facets import Cells, numbered, of_dimension
 
 CLOSE = 1e-6  # of the local element size: nodes closer than this coincide
 ON_EDGE = 1e-3  # of an edge: a node nearer than this lies on it; two sheets a thickness apart are further
 NEIGHBOURS = 8  # coinciding nodes looked at per node
 BATCH = 2000  # edges searched for hanging nodes at once: bounds the memory
 WIDEST = 9  # nodes of the widest shell cell
-
-Cells = Mapping[str, np.ndarray]
 
 
 def node_size(cells: Cells, size: Mapping[str, np.ndarray], n_points: int) -> np.ndarray:
@@ -109,18 +108,12 @@ class ShellEdges:
 
 def shell_edges(cells: Cells) -> ShellEdges | None:
     """Return the edges of the surface cells; None without any."""
-    blocks = [_edges_of(kind, conn) for kind, conn in cells.items() if len(conn) and _is_surface(kind)]
+    blocks = [_edges_of(kind, conn) for kind, conn in of_dimension(cells, 2) if len(conn)]
     if not blocks:
         return None
     ends, mid, kind, row, nodes = (np.concatenate(columns) for columns in zip(*blocks, strict=True))
-    key = ends.min(axis=1) * (ends.max() + 1) + ends.max(axis=1)
-    _, number, count = np.unique(key, return_inverse=True, return_counts=True)
-    return ShellEdges(ends, mid, kind, row, nodes, number.ravel(), count[number.ravel()])
-
-
-def _is_surface(kind: str) -> bool:
-    cell = cell_of(kind)
-    return cell is not None and cell.dimension == 2
+    number = numbered(ends)
+    return ShellEdges(ends, mid, kind, row, nodes, number, np.bincount(number)[number])
 
 
 def _edges_of(kind: str, conn: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from modalprep.errors import RenderError
 from modalprep.fe.mesh.cells import CELLS, Cell, cell_of
+from modalprep.fe.mesh.facets import boundary
 
 # a ring is a row of nine nodes: four corners, the middles after each, the centre; -1 where there is none
 PATTERN = {  # (corners, with middles, with centre): triangles of places in the ring
@@ -18,6 +19,7 @@ PATTERN = {  # (corners, with middles, with centre): triangles of places in the 
     (4, True, False): [(0, 4, 7), (1, 5, 4), (2, 6, 5), (3, 7, 6), (4, 5, 6), (4, 6, 7)],
     (4, True, True): [(0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8)],
 }
+NONE = np.zeros((0, 4), dtype=int)
 SHARP = np.cos(np.radians(30))
 
 
@@ -63,15 +65,12 @@ def outer_skin(points: np.ndarray, cells: Mapping[str, np.ndarray], *, curved: b
     >>> skin.triangles.shape, skin.edges.shape  # the face between the two is not seen
     ((6, 3), (9, 2))
     """
-    none = np.zeros((0, 9), dtype=int)
-    known = [(_known(kind), nodes) for kind, nodes in cells.items() if len(nodes)]
-    found = [(cell.dimension, ring) for cell, nodes in known for ring in _rings(cell, nodes)]
-    shells = [ring for dimension, ring in found if dimension == 2]
-    solids = [ring for dimension, ring in found if dimension == 3]
-    rings = np.concatenate([none, *shells, _outer(np.concatenate([none, *solids]))])
+    known = [(_known(kind), np.asarray(nodes)) for kind, nodes in cells.items() if len(nodes)]
+    shells, solids = ([(c.name, nodes[:, : c.count]) for c, nodes in known if c.dimension == d] for d in (2, 3))
+    rings = np.concatenate([_rings(*faces) for faces in [*shells, *boundary(solids).items(), ("quad", NONE)]])
     if not curved:
         rings[:, 4:] = -1
-    beams = [np.asarray(nodes)[:, cell.along] for cell, nodes in known if cell.dimension == 1]
+    beams = [nodes[:, cell.along] for cell, nodes in known if cell.dimension == 1]
     lines = [np.stack([run[:, :-1], run[:, 1:]], axis=2).reshape(-1, 2) for run in beams]
     first, second, sharp = _sides(points, rings)
     whole = np.concatenate([first, second])
@@ -87,30 +86,15 @@ def _known(kind: str) -> Cell:
     return cell
 
 
-def _rings(cell: Cell, nodes: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the rings (n_cells, 9) of each face of the cells."""
-    nodes = np.asarray(nodes)
-    corners = len(cell.corners)
-    edges = [tuple(sorted(ends)) for ends in cell.edges.tolist()]
-    for number, face in enumerate(cell.faces):
-        ring = np.full((len(nodes), 9), -1)
-        ring[:, : len(face)] = nodes[:, face]
-        if nodes.shape[1] > corners:
-            sides = [tuple(sorted(ends)) for ends in zip(face, (*face[1:], face[0]), strict=True)]
-            ring[:, 4 : 4 + len(face)] = nodes[:, [corners + edges.index(side) for side in sides]]
-        if cell.face_nodes:
-            ring[:, 8] = nodes[:, corners + len(edges) + number]
-        yield ring
-
-
-def _outer(rings: np.ndarray) -> np.ndarray:
-    """Return the faces that belong to one solid only."""
-    corners = np.sort(rings[:, :4], axis=1)
-    order = np.lexsort(corners.T)
-    twin = (corners[order][1:] == corners[order][:-1]).all(axis=1)
-    shared = np.zeros(len(rings), dtype=bool)
-    shared[order[1:][twin]] = shared[order[:-1][twin]] = True
-    return rings[~shared]
+def _rings(kind: str, nodes: np.ndarray) -> np.ndarray:
+    """Return the rings (n, 9) of faces."""
+    corners, middles, centre = np.split(nodes, [len(CELLS[kind].corners), 2 * len(CELLS[kind].corners)], axis=1)
+    ring = np.full((len(nodes), 9), -1)
+    ring[:, : corners.shape[1]] = corners
+    ring[:, 4 : 4 + middles.shape[1]] = middles
+    if kind == "quad9":
+        ring[:, 8:] = centre
+    return ring
 
 
 def _triangles(rings: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.facets import boundary, corners, of_dimension
 from modalprep.fe.readers.abaqus.deck import LABEL, Deck, Surface
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 
@@ -121,14 +122,8 @@ def face_cell(kind: str, nodes: list[int], number: int) -> tuple[str, list[int]]
 def _outer(deck: Deck, key, kind: str, nodes: list[int]) -> list[tuple[str, list[int]]]:
     """Return the faces of a volume that no other volume has."""
     if "outer" not in deck.current:
-        count: dict[frozenset[int], int] = {}
-        for other, conn in deck.cells.items():
-            if CELLS[other].dimension == 3:
-                for cell_nodes in conn:
-                    for face in CELLS[other].faces:
-                        corners = frozenset(cell_nodes[c] for c in face)
-                        count[corners] = count.get(corners, 0) + 1
-        deck.current["outer"] = count
-    free = deck.current["outer"]
-    numbers = [k for k, face in enumerate(CELLS[kind].faces) if free[frozenset(nodes[c] for c in face)] == 1]
+        cells = {other: np.array(conn) for other, conn in deck.cells.items()}
+        skin = corners(boundary(of_dimension(cells, 3)).items())
+        deck.current["outer"] = set(map(frozenset, skin.tolist()))
+    numbers = [k for k, face in enumerate(CELLS[kind].faces) if {nodes[c] for c in face} in deck.current["outer"]]
     return [face_cell(kind, nodes, k) for k in numbers]
