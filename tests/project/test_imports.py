@@ -36,7 +36,8 @@ LAYERS = {
         "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
         "readers.coverage", "readers.numbers", "readers.text", "readers.units", "readers.loads", "readers.systems",
         "readers.nastran", "readers.abaqus", "readers.ansys",
-        "readers", "generation", "forms", "terms", "assembly", "recovery", "sensitivity", "external",
+        "readers", "generation", "forms", "assembly", "terms", "assembly.assemble", "recovery", "sensitivity",
+        "external",
     ),
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",

@@ -11,12 +11,12 @@ from scipy.sparse import csr_array
 from modalprep.applies import Rule, refuse_idle
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.assembly.term_bases import term_bases
 from modalprep.fe.links.interface import interface_position
 from modalprep.fe.links.mean_points import MeanPoints, cells_of
 from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
+from modalprep.fe.terms.bases import term_bases
 from modalprep.fe.terms.forms import follower, pressure, traction
 from modalprep.fe.terms.term import Term
 from modalprep.suggest import refuse_other, suggestion

@@ -10,7 +10,6 @@ from scipy.sparse import csr_array
 from skfem import asm
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.added_terms import AnyTerm, held_by_terms, with_terms
 from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
 from modalprep.fe.assembly.forms import FORMS, FormsName
 from modalprep.fe.assembly.free_faces import with_free_faces
@@ -36,6 +35,8 @@ from modalprep.fe.mesh.mesh import Mesh, refuse_far_points
 from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass, impossible_masses
 from modalprep.fe.properties.properties import Property
+from modalprep.fe.terms.added import AnyTerm, held_by_terms, with_terms
+from modalprep.fe.terms.term import Term
 from modalprep.suggest import refuse_other, refuse_unknown
 from modalprep.verdicts.notes import told
 
@@ -111,13 +112,14 @@ def assemble(
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
     sections = {**mesh.properties, **properties}
-    supports, terms = dict(supports or {}), dict(terms or {})
+    supports = dict(supports or {})
+    added = {name: term if isinstance(term, Term) else term.term() for name, term in (terms or {}).items()}
     boundary = {spec.group for spec in (*interfaces.values(), *connections.values(), *supports.values()) if spec.group}
     known = {name: section for name, section in sections.items() if name not in connections}
     mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
     parts, notes = find_parts(mesh, sections, boundary)
     held = held_nodes(mesh, supports, _with_dofs(mesh, parts))
-    grounded = [*(support.nodes for support in held.values()), held_by_terms(mesh, terms)]
+    grounded = [*(support.nodes for support in held.values()), held_by_terms(mesh, added)]
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], grounded, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
     refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, grounded, order[0]))
@@ -133,7 +135,7 @@ def assemble(
     structure = Structure(parts, mesh.points, dof, rule, at[order[0]])
     more += mesh.cyclic.notes if mesh.cyclic else ()
     model = _sum(mesh, structure, FORMS[forms], at[order[0]], placed, (*mesh.notes, *notes, *more))
-    return with_terms(model, mesh, terms)
+    return with_terms(model, mesh, added)
 
 
 def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:

@@ -11,7 +11,6 @@ from scipy.sparse import csr_array
 from skfem.assembly import CellBasis
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.added_terms import with_foundation
 from modalprep.fe.assembly.bases import group_bases
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.external.checks import Places, real_square, symmetric
@@ -20,6 +19,7 @@ from modalprep.fe.external.skfem_nodes import Nodes, boundary_dofs, nodes_of
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.terms.added import with_foundation
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
 

@@ -10,8 +10,9 @@ import skfem
 from skfem.assembly import CellBasis
 
 from modalprep.errors import InputError
-from modalprep.fe.forms.cells import MESHES, reference
+from modalprep.fe.forms.cells import MESHES
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.reference_cells import nodal_element, node_order
 
 COMPONENTS = {"u^1": 0, "u^2": 1, "u^3": 2, "ux": 0, "uy": 1, "uz": 2, "rx": 3, "ry": 4, "rz": 5}
 
@@ -57,7 +58,8 @@ def nodes_of(bases: Sequence[CellBasis]) -> Nodes:
     for basis in bases:
         kind = next(kind for kind, mesh in MESHES.items() if isinstance(basis.mesh, mesh))
         corners = basis.nodal_dofs[0, basis.mesh.t[: len(CELLS[kind].corners)]].T
-        cells.setdefault(kind, []).append(np.vectorize(first.get)(corners)[:, _meshio_order(kind)])
+        order = node_order(kind, nodal_element(kind).doflocs)
+        cells.setdefault(kind, []).append(np.vectorize(first.get)(corners)[:, order])
     points, dof = (np.array(part) for part in zip(*found.values(), strict=True))
     return Nodes(points, dof, {kind: np.concatenate(own) for kind, own in cells.items()})
 
@@ -96,12 +98,6 @@ def _places(basis: CellBasis) -> np.ndarray:
         vertices = np.flatnonzero(own >= 0)
         at[: len(x), own[vertices]] = basis.mesh.p[:, vertices]
     return at
-
-
-def _meshio_order(kind: str) -> np.ndarray:
-    """Return which vertex of scikit-fem's cell each corner is."""
-    corners = CELLS[kind].corners
-    return np.array([int(np.argmin(np.abs(reference(kind).p.T - at).sum(axis=1))) for at in corners])
 
 
 def boundary_dofs(basis: CellBasis) -> dict[str, np.ndarray]:

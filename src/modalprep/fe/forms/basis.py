@@ -8,9 +8,9 @@ import numpy as np
 import skfem
 from skfem.assembly import CellBasis, Dofs
 
-from modalprep.fe.forms.cells import corner_mesh, nodal_element, node_of_function
-from modalprep.fe.forms.mapping import CellMapping
-from modalprep.fe.mesh.reference_cells import quadrature
+from modalprep.fe.forms.cells import corner_mesh
+from modalprep.fe.mesh.mapping import CellMapping
+from modalprep.fe.mesh.reference_cells import nodal_element, node_of_function, quadrature
 
 
 class Place(NamedTuple):
@@ -132,7 +132,7 @@ def cell_basis(
     (2.0, [0, 1, 2, 6, 7, 8, 12, 13, 14])
     """
     mesh = corner_mesh(kind, place.points, nodes)
-    mapping = CellMapping(mesh, kind, place.points[nodes] if x is None else x)
+    mapping = CellMapping(kind, place.points[nodes] if x is None else x)
     own_element = skfem.ElementVector(nodal_element(kind), 3) if element is None else element
     width = own_element.nodal_dofs
     ordered = nodes if getattr(own_element, "in_node_order", False) else nodes[:, node_of_function(kind)]

@@ -6,8 +6,8 @@ import numpy as np
 from skfem.assembly import CellBasis
 from skfem.element import DiscreteField, Element
 
-from modalprep.fe.forms.cells import reference
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.reference_cells import nodal_element
 
 NAMES = ["ux", "uy", "uz", "rx", "ry", "rz"]
 Field = tuple[np.ndarray, np.ndarray | None]  # (ne, nq, ..., nl) per DOF of the cell, and its gradient (.., 3, nl)
@@ -33,7 +33,7 @@ class FieldElement(Element):
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
-        self.refdom = reference(kind)
+        self.refdom = nodal_element(kind).refdom
         cell = CELLS[kind]
         self.nodal_dofs = self.width
         middles = self.width * int(cell.count >= len(cell.corners) + len(cell.edges) > len(cell.corners))
@@ -85,10 +85,14 @@ class Levered(FieldElement):
         return ((self.unit * u + np.cross(t, self.lever[..., None], axis=2), None),)
 
 
-def interpolated(basis: CellBasis, d: np.ndarray, field: int) -> np.ndarray:
-    """Return a field ``(..., ne, nq)`` of displacements d; scikit-fem's `interpolate` knows the first field only."""
-    own = (d[dofs][:, None] * np.asarray(f[field]) for dofs, f in zip(basis.element_dofs, basis.basis, strict=True))
-    return sum(own, start=np.zeros(()))
+def interpolated(basis: CellBasis, d: np.ndarray, field: int = 0) -> DiscreteField:
+    """Return a field of displacements ``d (n_dof,)``.
+
+    scikit-fem's `interpolate` knows the first field only, and numbers anew the DOFs of a basis that lacks some.
+    """
+    scale = [d[dofs][:, None] for dofs in basis.element_dofs]
+    parts = zip(*(fields[field].astuple for fields in basis.basis), strict=True)
+    return DiscreteField(*(None if own[0] is None else sum(map(np.multiply, scale, own)) for own in parts))
 
 
 def _by_function(values: np.ndarray | None) -> np.ndarray | None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, vstack
 
 from modalprep.fe.mesh.cells import CELLS, cell_dimension
 from modalprep.fe.mesh.facets import Cells, Facets, boundary, distinct, facets, of_dimension
+from modalprep.fe.mesh.mapping import CellMapping
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.mesh.reference_cells import shapes
+from modalprep.fe.mesh.reference_cells import quadrature, shapes_at
 from modalprep.fe.mesh.select import NodeSet
 
 DEGREE = 4  # products of two quadratic shapes are exact on faces with straight sides
@@ -44,25 +45,17 @@ class MeanPoints(NamedTuple):
         """
         place = np.full(len(points), -1)
         place[nodes] = np.arange(len(nodes))
-        weight = []
-        rows = []
-        columns = []
-        values = []
-        q = 0
+        weights, shares = [], []
         for kind, conn in cells.items():
-            N, dN, rule = shapes(kind, DEGREE)
-            J = np.einsum("qnd,ena->eqad", dN, points[conn])
-            size = np.sqrt(np.linalg.det(np.swapaxes(J, 2, 3) @ J))
-            weight.append((size * rule).ravel())
-            number = q + np.arange(size.size).reshape(size.shape)
-            q += size.size
-            of = np.broadcast_arrays(number[..., None], place[conn][:, None], N[None])
-            for found, part in zip((rows, columns, values), of, strict=True):
-                found.append(part.ravel())
-        weight = np.concatenate(weight)
-        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        share = coo_array(entries, shape=(q, len(nodes))).tocsr()
-        return cls(share, np.zeros((q, 3)), weight / weight.sum())
+            X, rule = quadrature(kind, DEGREE)
+            size = CellMapping(kind, points[conn]).detDF(X)
+            weights.append((size * rule).ravel())
+            number = np.arange(size.size).reshape(size.shape)
+            of = np.broadcast_arrays(shapes_at(kind, X)[0], number[..., None], place[conn][:, None])
+            N, row, column = (part.ravel() for part in of)
+            shares.append(coo_array((N, (row, column)), shape=(size.size, len(nodes))))
+        weight = np.concatenate(weights)
+        return cls(vstack(shares, format="csr"), np.zeros((len(weight), 3)), weight / weight.sum())
 
     @property
     def nodal(self) -> np.ndarray:

@@ -6,13 +6,13 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.added_terms import WithGeometricTerms
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.fe.recovery.fields import Fields, Quantity
 from modalprep.fe.recovery.nodes import FORCE, FORCE_UNITS, chosen_nodes, residual
+from modalprep.fe.terms.added import WithGeometricTerms
 
 
 def link_forces(model: FEModel, mesh: Mesh, where: NodeSet | None) -> Quantity:

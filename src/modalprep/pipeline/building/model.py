@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.added_terms import AnyTerm
 from modalprep.fe.assembly.assemble import assemble
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
@@ -22,6 +21,7 @@ from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import read_mesh
 from modalprep.fe.recovery.recover import ModelRecovery, Recover, model_recovery
+from modalprep.fe.terms.added import AnyTerm
 from modalprep.fe.terms.added_mass import AddedMass
 from modalprep.fe.terms.foundation import Foundation
 from modalprep.pipeline.building.inputs import matrix_files

@@ -15,11 +15,12 @@ from skfem.assembly import BilinearForm, CellBasis
 from modalprep.errors import InputError
 from modalprep.fe.assembly.geometric_stiffness import PrestressStiffness
 from modalprep.fe.assembly.model import AddedTerm, FEModel
-from modalprep.fe.assembly.term_bases import term_bases
-from modalprep.fe.assembly.term_mass import term_mass
+from modalprep.fe.forms.elements import interpolated
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.terms.added_mass import AddedMass
+from modalprep.fe.terms.bases import term_bases
 from modalprep.fe.terms.foundation import Foundation
+from modalprep.fe.terms.mass import term_mass
 from modalprep.fe.terms.term import Term
 
 AnyTerm = Term | Foundation | AddedMass
@@ -27,7 +28,7 @@ SYMMETRIC = 1e-9  # relative: what round-off of a form leaves
 BALANCED = 1e-12  # of the sum of magnitudes: forces of a rigid motion that are round-off
 
 
-def with_terms(model: FEModel, mesh: Mesh, terms: Mapping[str, AnyTerm]) -> FEModel:
+def with_terms(model: FEModel, mesh: Mesh, terms: Mapping[str, Term]) -> FEModel:
     """Return the model with terms added to its matrices and loads.
 
     Raises
@@ -35,17 +36,15 @@ def with_terms(model: FEModel, mesh: Mesh, terms: Mapping[str, AnyTerm]) -> FEMo
     InputError
         When a term has no cells, its form does not suit them, or a matrix is not symmetric.
     """
-    for name, given in terms.items():
-        term = given if isinstance(given, Term) else given.term()
+    for name, term in terms.items():
         with _naming(name, term):
             model = _ADD[term.to](model, name, term, term_bases(model, mesh, term))
     return model
 
 
-def held_by_terms(mesh: Mesh, terms: Mapping[str, AnyTerm]) -> np.ndarray:
+def held_by_terms(mesh: Mesh, terms: Mapping[str, Term]) -> np.ndarray:
     """Return the nodes of stiffness terms, which connect them to the frame of the root."""
-    own = [given if isinstance(given, Term) else given.term() for given in terms.values()]
-    groups = [mesh.group(term.group) for term in own if term.to == "stiffness"]
+    groups = [mesh.group(term.group) for term in terms.values() if term.to == "stiffness"]
     return np.unique(np.concatenate([np.zeros(0, int), *(c.ravel() for cells in groups for c in cells.values())]))
 
 
@@ -122,21 +121,13 @@ _ADD = {
 
 def _symmetric(form: BilinearForm, bases: list[CellBasis], d: np.ndarray | None = None) -> csr_array:
     """Return the matrix of a form; with the displacement d of a prestress."""
-    A = csr_array(sum(form.assemble(basis, **({} if d is None else {"d": _prestress(basis, d)})) for basis in bases))
+    A = csr_array(sum(form.assemble(basis, **({} if d is None else {"d": interpolated(basis, d)})) for basis in bases))
     size = abs(A).max()
     if size == 0 or not np.isfinite(size):
         raise InputError("its matrix is zero or not finite; give another form")
     if abs(A - A.T).max() > SYMMETRIC * size:
         raise InputError("its matrix is not symmetric: form(u, v, w) must equal form(v, u, w)")
     return ((A + A.T) / 2).tocsr()
-
-
-def _prestress(basis: CellBasis, d: np.ndarray) -> skfem.element.DiscreteField:
-    """Return the displacement of the prestress with its gradient."""
-    own = [(d[dofs][:, None], f[0]) for dofs, f in zip(basis.element_dofs, basis.basis, strict=True)]
-    value = sum(scale * np.asarray(f) for scale, f in own)
-    slope = None if own[0][1].grad is None else sum(scale * np.asarray(f.grad) for scale, f in own)
-    return skfem.element.DiscreteField(value, slope)
 
 
 def _relative(model: FEModel, A: csr_array) -> csr_array:
@@ -184,5 +175,5 @@ class WithGeometricTerms:
 
     def _own(self, d: np.ndarray) -> csr_array:
         moved = d - self.model.rigid_body() @ d[self.model.interfaces[0].dofs]
-        A = csr_array(sum(self.form.assemble(basis, d=_prestress(basis, moved)) for basis in self.bases))
+        A = csr_array(sum(self.form.assemble(basis, d=interpolated(basis, moved)) for basis in self.bases))
         return _relative(self.model, ((A + A.T) / 2).tocsr())

@@ -7,7 +7,6 @@ measure, and `grad` is the gradient in space along the cell, ``u_i,j`` with j = 
 from __future__ import annotations
 
 import numpy as np
-from skfem import Mesh
 from skfem.mapping import Mapping
 
 from modalprep.fe.mesh.reference_cells import shapes_at
@@ -18,16 +17,14 @@ class CellMapping(Mapping):
 
     Parameters
     ----------
-    mesh : skfem.Mesh
-        Of their corners.
     kind : str
         meshio's name of the cell.
     x : (ne, nn, 3)
         Their nodes in meshio's order, m.
     """
 
-    def __init__(self, mesh: Mesh, kind: str, x: np.ndarray) -> None:
-        self.mesh, self.kind, self.x = mesh, kind, x
+    def __init__(self, kind: str, x: np.ndarray) -> None:
+        self.kind, self.x = kind, x
         self._last: tuple | None = None
 
     def F(self, X: np.ndarray, tind: np.ndarray | None = None) -> np.ndarray:
