@@ -9,7 +9,7 @@ from skfem.element import DiscreteField
 from structured import random_rotation
 
 from modalprep.fe.elements.mass import PAIRS
-from modalprep.fe.forms.basis import Place
+from modalprep.fe.forms.basis import DofMap
 from modalprep.fe.forms.elements import interpolated
 from modalprep.fe.forms.families import PLAIN, plain
 from modalprep.fe.forms.mass import added, mass, mass_of_pair, mass_vectors, rigid_inertia
@@ -23,7 +23,7 @@ def both(name):
     block = built(name)
     n, c = block.nodes.size, block.components
     dof = np.where(np.arange(6) < c, c * np.arange(n)[:, None] + np.arange(6), -1)
-    return block, plain(block, Place(ELEMENTS[name][2] @ random_rotation(3).T, dof, n * c))
+    return block, plain(block, DofMap(ELEMENTS[name][2] @ random_rotation(3).T, dof, n * c))
 
 
 def agree(found, wanted):

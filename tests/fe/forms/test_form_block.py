@@ -33,18 +33,18 @@ class ThreeNodeBar(FormBlock):
     def build(cls, kind, points, nodes, section, data, origin):
         return cls(section, nodes, points[nodes] - origin)
 
-    def forms(self, place):
-        return ThreeNodeBarForms(self.section, self.nodes, place)
+    def forms(self, dofmap):
+        return ThreeNodeBarForms(self.section, self.nodes, dofmap)
 
 
 @dataclass
 class ThreeNodeBarForms:
     section: mp.Truss
     nodes: np.ndarray
-    place: object
+    dofmap: object
 
     def motions(self):
-        return [cell_basis("line3", self.nodes, self.place, degree=4)]
+        return [cell_basis("line3", self.nodes, self.dofmap, degree=4)]
 
     def stiffness(self):
         return [Term(stiffness, *self.motions(), {"EA": self.section.material.E * self.section.A})]

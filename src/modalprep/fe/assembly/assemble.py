@@ -195,10 +195,10 @@ def _sum(mesh, structure: Structure, forms: ModelForms, origin, placed: Placed, 
     diagonal = abs(diagonal_of(K)) + abs(diagonal_of(M))
     C, free = without_unused_dofs(constraints.C, constraints.free, diagonal, placed.frames)
     links = LinkStiffness(K, constraints)
-    inertias, dof = structure.inertias, structure.place.dof
+    inertias, dof = structure.inertias, structure.dofmap.dof
     groups, kinds = zip(*((part.group, part.kind) for part, _ in structure.pieces), strict=True)
     return FEModel(
-        points=structure.place.points,
+        points=structure.dofmap.points,
         cells=_cells(structure.parts),
         dof=dof,
         K=K,

@@ -11,7 +11,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part
 from modalprep.fe.assembly.structure import Structure
-from modalprep.fe.forms.basis import Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, cell_basis
 from modalprep.fe.forms.families import plain
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.facets import boundary
@@ -55,7 +55,7 @@ def group_bases(model: FEModel, group: str) -> list[CellBasis]:
     >>> K.shape == model.K.shape, round(float(lift @ K @ lift), 3)
     (True, 10000000.0)
     """
-    return part_bases(parts_of(model, group), place_of(model))
+    return part_bases(parts_of(model, group), dofmap_of(model))
 
 
 def facet_bases(
@@ -94,26 +94,26 @@ def facet_bases(
     >>> round(float(f @ model.rigid_body()[:, 1]), 9)  # 3 N/m over 5 m
     15.0
     """
-    place = place_of(model)
+    dofmap = dofmap_of(model)
     if isinstance(facets, str):
         own = [(part.kind, part.nodes) for part in parts_of(model, facets)]
         cells = boundary(own)
         for kind, nodes in cells.items() if where is not None else ():
-            middle = place.points[nodes[:, : len(CELLS[kind].corners)]].mean(axis=1)
+            middle = dofmap.points[nodes[:, : len(CELLS[kind].corners)]].mean(axis=1)
             cells[kind] = nodes[where(middle.T)]
         if not any(map(len, cells.values())):
             raise InputError(f"group {facets!r} has no facet where it is asked for; widen the condition")
     else:
         cells = facets
-    return [cell_basis(kind, np.asarray(nodes), place) for kind, nodes in cells.items() if len(nodes)]
+    return [cell_basis(kind, np.asarray(nodes), dofmap) for kind, nodes in cells.items() if len(nodes)]
 
 
-def part_bases(parts: Sequence[Part], place: Place) -> list[CellBasis]:
-    """Return the bases of parts of a structure; ``place.points`` are relative to the origin of the model."""
+def part_bases(parts: Sequence[Part], dofmap: DofMap) -> list[CellBasis]:
+    """Return the bases of parts of a structure; ``dofmap.points`` are relative to the origin of the model."""
     found: list[CellBasis] = []
     for part in parts:
-        block = part.block(slice(None), place.points, np.zeros(3))
-        own = plain(block, place)
+        block = part.block(slice(None), dofmap.points, np.zeros(3))
+        own = plain(block, dofmap)
         found += [] if own is None else own.motions()
     return found
 
@@ -137,9 +137,9 @@ def structure_of(model: FEModel, *groups: str) -> Structure:
     return Structure(parts, model.points, model.dof, model.elements.rule, np.zeros(3))
 
 
-def place_of(model: FEModel) -> Place:
+def dofmap_of(model: FEModel) -> DofMap:
     """Return where the cells of a model are."""
-    return Place(model.points, model.dof, model.n_dof)
+    return DofMap(model.points, model.dof, model.n_dof)
 
 
 def parts_of(model: FEModel, group: str) -> list[Part]:

@@ -14,7 +14,7 @@ from modalprep.fe.forms import solid
 
 def _prestress(structure: Structure, d: np.ndarray) -> csr_array:
     pattern = structure.pattern
-    return pattern.csr(over_dofs(structure.blocks, pattern, structure.place.dof, d[:, None])[:, 0])
+    return pattern.csr(over_dofs(structure.blocks, pattern, structure.dofmap.dof, d[:, None])[:, 0])
 
 
 COMPILED = ModelForms(
@@ -28,5 +28,5 @@ COMPILED = ModelForms(
     moment=NumberForm(lambda s, a: s.totals.rigid.s0[a], weak.moment),
     moment_of_pair=NumberForm(lambda s, a, b: s.totals.rigid.E0[a, b], weak.moment_of_pair),
     mass_tensor=lambda s: s.totals.tensor(),
-    prestress=lambda s, links: GeometricStiffness(s.blocks, s.pattern, s.place.dof, links),
+    prestress=lambda s, links: GeometricStiffness(s.blocks, s.pattern, s.dofmap.dof, links),
 )

@@ -23,12 +23,12 @@ from modalprep.fe.elements.distribution import Inertia
 from modalprep.fe.elements.mass import PAIRS, MassObjects
 from modalprep.fe.forms import mass as weak
 from modalprep.fe.forms import solid
-from modalprep.fe.forms.basis import Place
+from modalprep.fe.forms.basis import DofMap
 
 
 def _matrix(structure: Structure, found: Iterable[COOData]) -> csr_array:
     """Return the sum of matrices of cells, symmetric to the last bit."""
-    total = csr_array(reduce(add, found, _nothing(structure.place.n)).tocsr())
+    total = csr_array(reduce(add, found, _nothing(structure.dofmap.n)).tocsr())
     return ((total + total.T) / 2).tocsr()
 
 
@@ -56,7 +56,7 @@ def _prestress(structure: Structure, d: np.ndarray) -> csr_array:
 
 
 def _terms(structure: Structure, of_forms: Callable, of_block: Callable) -> Iterator[COOData]:
-    dof, n = structure.place.dof, structure.place.n
+    dof, n = structure.dofmap.dof, structure.dofmap.n
     for block, own in zip(structure.blocks, structure.plain, strict=True):
         if own is None:
             yield _cells(block, of_block(block, dof), dof, n)
@@ -70,20 +70,20 @@ def _masses(structure: Structure) -> Iterator[Callable[..., Any]]:
         if own is not None:
             yield from (mass.assembled for mass in own)
         elif (mass := inertia.mass()) is not None:
-            yield partial(_of_objects, structure.place, inertia, mass)
+            yield partial(_of_objects, structure.dofmap, inertia, mass)
 
 
-def _of_objects(place: Place, inertia: Inertia, mass: MassObjects, form: Form, *, a: int = 0, b: int = 0) -> Any:
+def _of_objects(dofmap: DofMap, inertia: Inertia, mass: MassObjects, form: Form, *, a: int = 0, b: int = 0) -> Any:
     """Return the value of a form of mass for `MassObjects`."""
     numbers = {weak.total: mass.rigid.m, weak.moment: mass.rigid.s0[a], weak.moment_of_pair: mass.rigid.E0[a, b]}
     if form in numbers:
         return numbers[form]
     if form in (weak.mass, weak.mass_of_pair):
         values = mass.matrix() if form is weak.mass else mass.of_pair(a, b)
-        return _cells(inertia, values, place.dof, place.n).tocsr()
+        return _cells(inertia, values, dofmap.dof, dofmap.n).tocsr()
     values = mass.g[..., a] if form is weak.first else mass.h[..., a, b]
-    dofs = place.dof[inertia.nodes, : inertia.components]
-    return np.bincount(dofs.ravel(), values.ravel(), place.n)
+    dofs = dofmap.dof[inertia.nodes, : inertia.components]
+    return np.bincount(dofs.ravel(), values.ravel(), dofmap.n)
 
 
 def _of_masses(form: Form, structure: Structure, **given: int) -> Any:
@@ -91,18 +91,18 @@ def _of_masses(form: Form, structure: Structure, **given: int) -> Any:
 
 
 def _mass_matrix(form: Form, structure: Structure, **given: int) -> csr_array:
-    empty = csr_array((structure.place.n, structure.place.n))
+    empty = csr_array((structure.dofmap.n, structure.dofmap.n))
     return csr_array(_of_masses(form, structure, **given) + empty)
 
 
 def _mass_vector(form: Form, structure: Structure, **given: int) -> np.ndarray:
-    return _of_masses(form, structure, **given) + np.zeros(structure.place.n)
+    return _of_masses(form, structure, **given) + np.zeros(structure.dofmap.n)
 
 
 def _mass_tensor(structure: Structure) -> MassTensor:
-    place = structure.place
+    dofmap = structure.dofmap
     pairs = {(a, b): asm(PLAIN.mass_of_pair, structure, a=a, b=b) for a, b in PAIRS}
-    return MassTensor(place.dof, None, None, pairs, place.n)
+    return MassTensor(dofmap.dof, None, None, pairs, dofmap.n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class PlainGeometricStiffness(GeometricStiffness):
 
 def _prestress_stiffness(structure: Structure, links: LinkStiffness) -> GeometricStiffness:
     own = structure.without_masses()
-    return PlainGeometricStiffness(own.blocks, own.pattern, own.place.dof, links, structure=own)
+    return PlainGeometricStiffness(own.blocks, own.pattern, own.dofmap.dof, links, structure=own)
 
 
 PLAIN = ModelForms(

@@ -14,7 +14,7 @@ from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.distribution import Inertia, MassRule
 from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.mass import MassObjects
-from modalprep.fe.forms.basis import Place
+from modalprep.fe.forms.basis import DofMap
 from modalprep.fe.forms.families import plain
 from modalprep.fe.forms.mass import Mass
 from modalprep.fe.forms.plain import Plain
@@ -39,13 +39,13 @@ class Structure:
     ) -> None:
         self.parts, self.rule = parts, rule
         self._points, self._origin = points, origin
-        self.place = Place(points - origin, dof, int(dof.max()) + 1)
+        self.dofmap = DofMap(points - origin, dof, int(dof.max()) + 1)
         self.pieces = [(part, piece) for part in parts for piece in part.pieces()]
 
     @cached_property
     def pattern(self) -> Pattern:
         """Pattern of K, M and Kg: every pair of nodes that shares an element."""
-        return Pattern.build([part.nodes for part in self.parts], self.place.dof)
+        return Pattern.build([part.nodes for part in self.parts], self.dofmap.dof)
 
     @cached_property
     def blocks(self) -> list[Block]:
@@ -55,7 +55,7 @@ class Structure:
     @cached_property
     def plain(self) -> list[Plain | None]:
         """The weak forms of each block; None of those without an inside."""
-        return [plain(block, self.place) for block in self.blocks]
+        return [plain(block, self.dofmap) for block in self.blocks]
 
     @cached_property
     def weak_masses(self) -> list[list[Mass] | None]:
@@ -72,12 +72,12 @@ class Structure:
     @cached_property
     def inertias(self) -> list[Inertia]:
         """What has the mass of each block."""
-        return [self.rule.inertia(block, self.place.points) for block in self.blocks]
+        return [self.rule.inertia(block, self.dofmap.points) for block in self.blocks]
 
     @cached_property
     def totals(self) -> Totals:
         """What compiled loops sum up in one pass that evaluates every element once."""
-        total = _totals(self.parts, self.pattern, self.place.dof, self.rule)
+        total = _totals(self.parts, self.pattern, self.dofmap.dof, self.rule)
         found = []
         for block, inertia, pairs, stiffness, mass in ahead(self._evaluated, self.pieces):
             total.add(block, pairs, stiffness, mass)
@@ -98,7 +98,7 @@ class Structure:
         self, own: tuple[Part, slice]
     ) -> tuple[Block, Inertia, np.ndarray, np.ndarray | None, MassObjects | None]:
         block = self._block(*own)
-        inertia = self.rule.inertia(block, self.place.points)
+        inertia = self.rule.inertia(block, self.dofmap.points)
         return block, inertia, pairs_of(self.pattern.graph, block.nodes), block.stiffness(), inertia.mass()
 
 

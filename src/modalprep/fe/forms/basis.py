@@ -13,13 +13,13 @@ from modalprep.fe.mesh.mapping import CellMapping
 from modalprep.fe.mesh.reference_cells import nodal_element, node_of_function, quadrature
 
 
-class Place(NamedTuple):
-    """Where cells are in a model.
+class DofMap(NamedTuple):
+    """Nodes of a model and their DOFs.
 
     Attributes
     ----------
     points : (n_points, 3)
-        Nodes in the model's frame, m.
+        Coordinates of the nodes in the model's frame, m.
     dof : (n_nodes, 6) int
         DOFs of the nodes, -1 where a node has none.
     n : int
@@ -50,17 +50,17 @@ class ModelDofs(Dofs):
         self.N = n
         counts = element._bfun_counts()
         nodal, edge, facet, interior = np.split(self.element_dofs, np.cumsum(counts)[:3])
-        self.nodal_dofs = _by_place(nodal, mesh.t, mesh.p.shape[1])
-        self.edge_dofs = _by_place(edge, mesh.t2e, mesh.edges.shape[1]) if counts[1] else np.empty((0, 0), np.int32)
-        self.facet_dofs = _by_place(facet, mesh.t2f, mesh.facets.shape[1]) if counts[2] else np.empty((0, 0), np.int32)
+        self.nodal_dofs = _by_entity(nodal, mesh.t, mesh.p.shape[1])
+        self.edge_dofs = _by_entity(edge, mesh.t2e, mesh.edges.shape[1]) if counts[1] else np.empty((0, 0), np.int32)
+        self.facet_dofs = _by_entity(facet, mesh.t2f, mesh.facets.shape[1]) if counts[2] else np.empty((0, 0), np.int32)
         self.interior_dofs = interior
 
 
-def _by_place(dofs: np.ndarray, places: np.ndarray, count: int) -> np.ndarray:
+def _by_entity(dofs: np.ndarray, entities: np.ndarray, count: int) -> np.ndarray:
     """Return the DOFs ``(k, count)`` of vertices, edges or facets from those of the cells that have them, else -1."""
-    found = np.full((len(dofs) // len(places), count), -1, dtype=np.int32)
-    for place, own in zip(places, np.split(dofs, len(places)), strict=True):
-        found[:, place] = own
+    found = np.full((len(dofs) // len(entities), count), -1, dtype=np.int32)
+    for entity, own in zip(entities, np.split(dofs, len(entities)), strict=True):
+        found[:, entity] = own
     return found
 
 
@@ -95,7 +95,7 @@ class ModelBasis(CellBasis):
 def cell_basis(
     kind: str,
     nodes: np.ndarray,
-    place: Place,
+    dofmap: DofMap,
     element: skfem.Element | None = None,
     *,
     degree: int | None = None,
@@ -109,7 +109,7 @@ def cell_basis(
     kind : str
         meshio's name of the cell.
     nodes : (ne, nn) int
-    place : Place
+    dofmap : DofMap
     element : skfem.Element
         Default the three displacements with the shape functions of the cell, ``u (3, ne, nq)``.
     degree : int
@@ -117,7 +117,7 @@ def cell_basis(
     at : (points (dim, nq), weights (nq,))
         Instead of a degree.
     x : (ne, nn, 3)
-        Where the nodes of each cell are, if not at `place`, m.
+        Coordinates of the nodes of each cell, if not those of `dofmap`, m.
 
     Returns
     -------
@@ -126,21 +126,21 @@ def cell_basis(
 
     Examples
     --------
-    >>> place = Place(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]), np.arange(18).reshape(3, 6), 18)
-    >>> basis = cell_basis("triangle", np.array([[0, 1, 2]]), place)
+    >>> dofmap = DofMap(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]), np.arange(18).reshape(3, 6), 18)
+    >>> basis = cell_basis("triangle", np.array([[0, 1, 2]]), dofmap)
     >>> float(basis.dx.sum()), basis.element_dofs[:, 0].tolist()
     (2.0, [0, 1, 2, 6, 7, 8, 12, 13, 14])
     """
-    mesh = corner_mesh(kind, place.points, nodes)
-    mapping = CellMapping(kind, place.points[nodes] if x is None else x)
+    mesh = corner_mesh(kind, dofmap.points, nodes)
+    mapping = CellMapping(kind, dofmap.points[nodes] if x is None else x)
     own_element = skfem.ElementVector(nodal_element(kind), 3) if element is None else element
     width = own_element.nodal_dofs
     ordered = nodes if getattr(own_element, "in_node_order", False) else nodes[:, node_of_function(kind)]
-    numbers = place.dof[ordered, :width]
+    numbers = dofmap.dof[ordered, :width]
     internal = getattr(own_element, "internal", 0)
-    own = place.n + np.arange(len(nodes) * internal).reshape(len(nodes), internal)
+    own = dofmap.n + np.arange(len(nodes) * internal).reshape(len(nodes), internal)
     numbers = np.concatenate([numbers.reshape(len(nodes), -1), own], axis=1).T
-    dofs = ModelDofs(mesh, own_element, numbers, place.n + own.size)
+    dofs = ModelDofs(mesh, own_element, numbers, dofmap.n + own.size)
     if at is None:
         at = quadrature(kind, 2 * own_element.maxdeg if degree is None else degree)
     return ModelBasis(mesh, own_element, mapping=mapping, quadrature=at, dofs=dofs)

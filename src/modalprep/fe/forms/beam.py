@@ -9,7 +9,7 @@ from modalprep.fe.elements.arms import node_transformation
 from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.elements.beam_shapes import Along
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, ModelBasis, cell_basis
 from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.corotation import at_nodes, cell_forces, rotating_terms, spin
 from modalprep.fe.forms.elements import Field, FieldElement, Levered
@@ -97,8 +97,8 @@ class BeamMotion(FieldElement):
 class PlainBeam:
     """The terms of beams of two nodes and one property."""
 
-    def __init__(self, block: BeamBlock, place: Place) -> None:
-        self.block, self.place = block, place
+    def __init__(self, block: BeamBlock, dofmap: DofMap) -> None:
+        self.block, self.dofmap = block, dofmap
         self.inside = block.at_nodes
         self.ends = block.outside.transformed(node_transformation(block.frame, block.arm))
 
@@ -114,14 +114,14 @@ class PlainBeam:
 
     def geometric_stiffness(self, d: np.ndarray) -> list[Term]:
         """Return the stiffness of the section forces of the displacements ``d (n_dof,)``."""
-        forces = cell_forces(self.stiffness(), self.block.nodes, self.place, d)
-        own = d[self.place.dof[self.block.nodes]].reshape(len(forces), -1)
+        forces = cell_forces(self.stiffness(), self.block.nodes, self.dofmap, d)
+        own = d[self.dofmap.dof[self.block.nodes]].reshape(len(forces), -1)
         inside = Term(geometric_stiffness, self.motions(rotating=True)[0], self._section_forces(own) | self._axes)
         moment = forces[:, :, 3:] - np.cross(self.block.arm, forces[:, :, :3])
         motion = BeamMotion(self.block, self.ends, rotating=True)
-        ends = at_nodes("line", self.block.nodes, self.place, motion)
+        ends = at_nodes("line", self.block.nodes, self.dofmap, motion)
         at_ends = Term(end_moments, ends, {"moment": np.moveaxis(moment, 2, 0)} | self._axes)
-        return [inside, at_ends, *rotating_terms(self.block, self.place, forces)]
+        return [inside, at_ends, *rotating_terms(self.block, self.dofmap, forces)]
 
     def masses(self) -> list[Mass]:
         """Return the mass of the line, and of the section along e2 and e3."""
@@ -142,7 +142,7 @@ class PlainBeam:
     def _basis(self, element: FieldElement) -> ModelBasis:
         own = self.block.inside
         weight = own.dx[0] / own.dx[0].sum()
-        return cell_basis("line", self.block.nodes, self.place, element, at=(own.at[None], weight), x=self.block.ends)
+        return cell_basis("line", self.block.nodes, self.dofmap, element, at=(own.at[None], weight), x=self.block.ends)
 
     def _section_forces(self, d: np.ndarray) -> dict[str, np.ndarray]:
         """Return N, T, My, Mz, Vy and Vz ``(ne, nq)`` of displacements ``d (ne, 12)``, and ``(Iy + Iz) / A``."""
@@ -163,8 +163,8 @@ class PlainBeam:
 class PlainThreeNodeBeam:
     """The terms of beams of three nodes: of two beams that meet at the middle node."""
 
-    def __init__(self, block: ThreeNodeBeamBlock, place: Place) -> None:
-        self.halves = [PlainBeam(half, place) for half in block.halves]
+    def __init__(self, block: ThreeNodeBeamBlock, dofmap: DofMap) -> None:
+        self.halves = [PlainBeam(half, dofmap) for half in block.halves]
 
     def motions(self) -> list[ModelBasis]:
         """Return the bases of both halves."""

@@ -30,8 +30,8 @@ class AllTrials(BilinearForm):
             v = [_stacked([field]) for field in functions]
             data[:, i] = np.broadcast_to(self.form(*u, *v, w) * ubasis.dx, (n, *ubasis.dx.shape)).sum(axis=2)
         rows = np.broadcast_to(dofs, (n, *dofs.shape))
-        place = np.array([rows.ravel(), rows.swapaxes(0, 1).ravel()])
-        return place, data.ravel(), (ubasis.N, ubasis.N), (n, n)
+        indices = np.array([rows.ravel(), rows.swapaxes(0, 1).ravel()])
+        return indices, data.ravel(), (ubasis.N, ubasis.N), (n, n)
 
 
 def _stacked(fields: list[DiscreteField]) -> DiscreteField:

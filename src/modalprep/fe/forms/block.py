@@ -11,7 +11,7 @@ from skfem.assembly.form.coo_data import COOData
 
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import PAIRS, MassObjects
-from modalprep.fe.forms.basis import Place
+from modalprep.fe.forms.basis import DofMap
 from modalprep.fe.forms.mass import mass_of_pair, mass_vectors, rigid_inertia
 from modalprep.fe.forms.plain import Plain
 
@@ -28,7 +28,7 @@ class FormBlock(Block):
     tensor = "pairs"
     x: np.ndarray
 
-    def forms(self, place: Place) -> Plain:
+    def forms(self, dofmap: DofMap) -> Plain:
         """Return the weak forms of the elements."""
         raise NotImplementedError
 
@@ -65,9 +65,9 @@ class FormBlock(Block):
         nodes = np.arange(self.nodes.size).reshape(self.nodes.shape)
         dof = np.full((nodes.size, 6), -1)
         dof[:, : self.components] = np.arange(nodes.size * self.components).reshape(nodes.size, -1)
-        place = Place(self.x.reshape(-1, 3), dof, nodes.size * self.components)
+        dofmap = DofMap(self.x.reshape(-1, 3), dof, nodes.size * self.components)
         own: Any = self
-        return replace(own, nodes=nodes).forms(place)
+        return replace(own, nodes=nodes).forms(dofmap)
 
     def _of_cells(self, parts: Iterable[COOData]) -> np.ndarray:
         nl = self._width

@@ -25,8 +25,8 @@ class Condensed(AllTrials):
         K = K[:, :n, :n] - K[:, :n, n:] @ np.linalg.solve(K[:, n:, n:], K[:, n:, :n])
         rows = np.broadcast_to(dofs[None, :n], (n, n, len(K)))
         total = ubasis.N - (len(dofs) - n) * len(K)
-        place = np.array([rows.ravel(), rows.swapaxes(0, 1).ravel()])
-        return place, K.transpose(2, 1, 0).ravel(), (total, total), (n, n)
+        indices = np.array([rows.ravel(), rows.swapaxes(0, 1).ravel()])
+        return indices, K.transpose(2, 1, 0).ravel(), (total, total), (n, n)
 
     def with_internal(self, basis: ModelBasis, d: np.ndarray, **kwargs) -> np.ndarray:
         """Return displacements ``d (n_dof,)`` with those of the internal functions that follow them."""

@@ -7,7 +7,7 @@ from skfem.helpers import cross, dot
 
 from modalprep.fe.elements.arms import node_transformation
 from modalprep.fe.elements.corotation import Rotating
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, ModelBasis, cell_basis
 from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.elements import Field, FieldElement
 from modalprep.fe.forms.terms import Term
@@ -58,28 +58,28 @@ def spin(block: Rotating) -> np.ndarray:
     return block.frame.transpose(0, 2, 1) @ block.axes_rotation @ ends
 
 
-def at_nodes(kind: str, nodes: np.ndarray, place: Place, element: FieldElement) -> ModelBasis:
+def at_nodes(kind: str, nodes: np.ndarray, dofmap: DofMap, element: FieldElement) -> ModelBasis:
     """Return a basis whose integrals are sums over the nodes of each cell."""
     points = CELLS[kind].node_coordinates().T
-    basis = cell_basis(kind, nodes, place, element, at=(points, np.ones(points.shape[1])))
+    basis = cell_basis(kind, nodes, dofmap, element, at=(points, np.ones(points.shape[1])))
     basis.dx = np.ones_like(basis.dx)
     return basis
 
 
-def rotating_terms(block: Rotating, place: Place, forces: np.ndarray) -> list[Term]:
+def rotating_terms(block: Rotating, dofmap: DofMap, forces: np.ndarray) -> list[Term]:
     """Return the work of nodal forces ``(ne, n, 6)`` of an element on its rotation."""
     kind = {2: "line", 3: "triangle", 4: "quad"}[block.nodes.shape[1]]
     force, moment = np.split(forces, 2, axis=2)
     moment = moment - np.cross(block.arm, force)
     position = block.position @ block.frame
     given = {"f": force, "m": moment, "at": position, "r": block.arm}
-    basis = at_nodes(kind, block.nodes, place, NodalMotion(kind, block))
+    basis = at_nodes(kind, block.nodes, dofmap, NodalMotion(kind, block))
     return [Term(nodal_work, basis, {name: np.moveaxis(value, 2, 0) for name, value in given.items()})]
 
 
-def cell_forces(terms: list[Term], nodes: np.ndarray, place: Place, d: np.ndarray) -> np.ndarray:
+def cell_forces(terms: list[Term], nodes: np.ndarray, dofmap: DofMap, d: np.ndarray) -> np.ndarray:
     """Return the nodal forces ``(ne, n, 6)`` of stiffness terms for displacements ``d (n_dof,)``."""
-    dofs = place.dof[nodes].reshape(len(nodes), -1)
+    dofs = dofmap.dof[nodes].reshape(len(nodes), -1)
     found = np.zeros(dofs.shape)
     for coo in (term.coo() for term in terms):
         assert coo.local_shape is not None

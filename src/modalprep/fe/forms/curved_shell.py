@@ -8,7 +8,7 @@ from skfem.helpers import cross, mul
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.laminate import shell_section
 from modalprep.fe.elements.shells.tied_strains import CURVATURE, MEMBRANE, SHEAR, Forms
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, ModelBasis, cell_basis
 from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.elements import Field, FieldElement, interpolated
 from modalprep.fe.forms.flat_shell import moduli, stiffness
@@ -147,8 +147,8 @@ def growth(block: CurvedShellBlock) -> np.ndarray:
 class PlainCurvedShell:
     """The terms of curved shells of one kind and property."""
 
-    def __init__(self, block: CurvedShellBlock, place: Place) -> None:
-        self.block, self.place = block, place
+    def __init__(self, block: CurvedShellBlock, dofmap: DofMap) -> None:
+        self.block, self.dofmap = block, dofmap
 
     def motions(self) -> list[ModelBasis]:
         """Return the basis of displacement u and rotation t of the mid-surface, ``(3, ne, nq)`` each."""
@@ -220,4 +220,4 @@ class PlainCurvedShell:
 
     def _basis(self, element: FieldElement) -> ModelBasis:
         block = self.block
-        return cell_basis(block.kind, block.nodes, self.place, element, degree=block.degree, x=block.x)
+        return cell_basis(block.kind, block.nodes, self.dofmap, element, degree=block.degree, x=block.x)

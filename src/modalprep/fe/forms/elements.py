@@ -40,8 +40,8 @@ class FieldElement(Element):
         self.edge_dofs, self.facet_dofs = (middles, 0) if cell.dimension == 3 else (0, middles)
         centre = cell.dimension == 2 and cell.count == len(cell.corners) + len(cell.edges) + 1
         self.interior_dofs = self.width * centre + self.internal
-        places = 1 + bool(middles) + centre
-        self.dofnames = NAMES[: self.width] * places + [f"inner^{k + 1}" for k in range(self.internal)]
+        entities = 1 + bool(middles) + centre
+        self.dofnames = NAMES[: self.width] * entities + [f"inner^{k + 1}" for k in range(self.internal)]
         self.doflocs = np.vstack(
             [np.repeat(cell.node_coordinates(), self.width, axis=0), np.full((self.internal, cell.dimension), 0.5)]
         )

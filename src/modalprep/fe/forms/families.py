@@ -12,7 +12,7 @@ from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.elements.truss import TrussBlock
-from modalprep.fe.forms.basis import Place
+from modalprep.fe.forms.basis import DofMap
 from modalprep.fe.forms.beam import PlainBeam, PlainThreeNodeBeam
 from modalprep.fe.forms.block import FormBlock
 from modalprep.fe.forms.curved_shell import PlainCurvedShell
@@ -21,7 +21,7 @@ from modalprep.fe.forms.plain import Plain
 from modalprep.fe.forms.solid import PlainSolid
 from modalprep.fe.forms.truss import PlainTruss
 
-PLAIN: Mapping[type[Block], Callable[[Any, Place], Plain]] = {
+PLAIN: Mapping[type[Block], Callable[[Any, DofMap], Plain]] = {
     BeamBlock: PlainBeam,
     ThreeNodeBeamBlock: PlainThreeNodeBeam,
     TrussBlock: PlainTruss,
@@ -31,9 +31,9 @@ PLAIN: Mapping[type[Block], Callable[[Any, Place], Plain]] = {
 }
 
 
-def plain(block: Block, place: Place) -> Plain | None:
+def plain(block: Block, dofmap: DofMap) -> Plain | None:
     """Return the weak forms of a block; None for point masses and springs, which have no inside."""
     if isinstance(block, FormBlock):
-        return block.forms(place)
+        return block.forms(dofmap)
     family = PLAIN.get(type(block))
-    return None if family is None else family(block, place)
+    return None if family is None else family(block, dofmap)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from skfem.helpers import dot, grad, mul
+from skfem.helpers import dot, grad, mul, transpose
 
 from modalprep.fe.elements.arms import node_transformation
 from modalprep.fe.elements.shells.flat_fields import FlatCells, linked, nodal_rotations, side_fields, slopes
@@ -12,7 +12,7 @@ from modalprep.fe.elements.shells.flat_strains import OPT_ALPHA
 from modalprep.fe.elements.shells.laminate import shell_section
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.shells.yielding import yielding_map
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, ModelBasis, cell_basis
 from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.condensed import Condensed
 from modalprep.fe.forms.corotation import cell_forces, rotating_terms, spin
@@ -63,9 +63,9 @@ def against(w, u, t, o, p):
     """Slopes ``u_i,a``, rotations and their slopes in the axes of the element, and those of its sides, less o."""
     axes = w.axes
     o = mul(axes, o)
-    U = np.einsum("ij...,jk...,ak...->ia...", axes, grad(u), axes[:2])
+    U = mul(mul(axes, grad(u)), transpose(axes[:2]))
     U = U - np.array([[0 * o[2], -o[2]], [o[2], 0 * o[2]], [-o[1], o[0]]])  # o x e_a
-    T = np.einsum("ij...,jk...,ak...->ia...", axes, grad(t), axes[:2])
+    T = mul(mul(axes, grad(t)), transpose(axes[:2]))
     p = np.array(p)
     p[1:3] -= o[:2, None]
     return U, mul(axes, t) - o, T, p
@@ -176,8 +176,8 @@ def moduli(C: np.ndarray, S: np.ndarray, H: np.ndarray) -> dict[str, np.ndarray]
 class PlainFlatShell:
     """The terms of flat shells of one kind and property."""
 
-    def __init__(self, block: ShellBlock, place: Place) -> None:
-        self.block, self.place = block, place
+    def __init__(self, block: ShellBlock, dofmap: DofMap) -> None:
+        self.block, self.dofmap = block, dofmap
         normal = block.frame[:, None, 2]
         self.x = (block.centre + block.offset[:, None] * block.frame[:, 2])[:, None] + block.xy @ block.frame[:, :2]
         self.normal = normal
@@ -196,7 +196,7 @@ class PlainFlatShell:
         """Return the stiffness of the stress of the displacements ``d (n_dof,)``."""
         block = self.block
         terms = self.stiffness()
-        forces = cell_forces(terms, block.nodes, self.place, d)
+        forces = cell_forces(terms, block.nodes, self.dofmap, d)
         degree = STIFFNESS_DEGREE[block.kind]
         basis = self._basis(ShellMotion(block, degree, rotating=True), degree)
         cells = cells_of(block)
@@ -209,7 +209,7 @@ class PlainFlatShell:
             "bow": OPT_ALPHA if optimal(block) else 0.0,
         }
         inside = Term(geometric_stiffness, basis, given | self._resultants(terms[0], d))
-        return [inside, *rotating_terms(block, self.place, forces)]
+        return [inside, *rotating_terms(block, self.dofmap, forces)]
 
     def masses(self) -> list[Mass]:
         """Return the mass of the surface at its height, and of the thickness about it."""
@@ -231,7 +231,7 @@ class PlainFlatShell:
         return found
 
     def _basis(self, element: FieldElement, degree: int) -> ModelBasis:
-        return cell_basis(self.block.kind, self.block.nodes, self.place, element, degree=degree, x=self.x)
+        return cell_basis(self.block.kind, self.block.nodes, self.dofmap, element, degree=degree, x=self.x)
 
     def _moduli(self) -> dict[str, np.ndarray]:
         return moduli(*self.block.moduli, self.block.row_moduli.plane[:, 3:, 3:])

@@ -8,7 +8,7 @@ from skfem.helpers import ddot, dot, grad
 
 from modalprep.fe.elements.hourglass import hourglass_motions
 from modalprep.fe.elements.solid import PRESTRESS, SolidBlock
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, ModelBasis, cell_basis
 from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.condensed import Condensed
 from modalprep.fe.forms.elements import Field, FieldElement
@@ -88,8 +88,8 @@ class HourglassMotions(FieldElement):
 class PlainSolid:
     """The terms of solids of one kind and property."""
 
-    def __init__(self, block: SolidBlock, place: Place) -> None:
-        self.block, self.place = block, place
+    def __init__(self, block: SolidBlock, dofmap: DofMap) -> None:
+        self.block, self.dofmap = block, dofmap
         self.c = moduli(block)
 
     def motions(self) -> list[ModelBasis]:
@@ -106,7 +106,7 @@ class PlainSolid:
         own = elastic.coo().tolocal()
         held = self.block.free_faces * (np.trace(own, axis1=1, axis2=2) / own.shape[1])[:, None]
         motions = HourglassMotions(self.block)
-        basis = cell_basis(self.block.kind, self.block.nodes, self.place, motions, degree=1)
+        basis = cell_basis(self.block.kind, self.block.nodes, self.dofmap, motions, degree=1)
         basis.dx = np.full_like(basis.dx, 1 / basis.dx.shape[1])  # a sum over faces, not an integral
         return Term(hourglass, basis, {"held": held.T[..., None]})
 
@@ -123,11 +123,11 @@ class PlainSolid:
         return [Mass(basis, np.array(self.block.section.material.rho), np.asarray(basis.global_coordinates()))]
 
     def _motion(self, degree: int | None = None) -> ModelBasis:
-        return cell_basis(self.block.kind, self.block.nodes, self.place, degree=degree)
+        return cell_basis(self.block.kind, self.block.nodes, self.dofmap, degree=degree)
 
     def _straining(self, degree: int) -> ModelBasis:
         element = IncompatibleHexahedron() if self.block.kind == "hexahedron" else None
-        return cell_basis(self.block.kind, self.block.nodes, self.place, element, degree=degree)
+        return cell_basis(self.block.kind, self.block.nodes, self.dofmap, element, degree=degree)
 
 
 def moduli(block: SolidBlock) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 from skfem.helpers import dot, grad
 
 from modalprep.fe.elements.truss import TrussBlock
-from modalprep.fe.forms.basis import ModelBasis, Place, cell_basis
+from modalprep.fe.forms.basis import DofMap, ModelBasis, cell_basis
 from modalprep.fe.forms.bilinear import AllTrials
 from modalprep.fe.forms.corotation import cell_forces, rotating_terms
 from modalprep.fe.forms.mass import Mass
@@ -45,8 +45,8 @@ def twist(u, v, w):
 class PlainTruss:
     """The terms of bars of one property."""
 
-    def __init__(self, block: TrussBlock, place: Place) -> None:
-        self.block, self.place = block, place
+    def __init__(self, block: TrussBlock, dofmap: DofMap) -> None:
+        self.block, self.dofmap = block, dofmap
 
     def motions(self) -> list[ModelBasis]:
         """Return the basis of the displacement ``u (3, ne, nq)``."""
@@ -63,8 +63,8 @@ class PlainTruss:
     def geometric_stiffness(self, d: np.ndarray) -> list[Term]:
         """Return the stiffness of the tension and the torque of the displacements ``d (n_dof,)``."""
         if self.block.components == 6:
-            forces = cell_forces(self.stiffness(), self.block.nodes, self.place, d)
-            return rotating_terms(self.block, self.place, forces)
+            forces = cell_forces(self.stiffness(), self.block.nodes, self.dofmap, d)
+            return rotating_terms(self.block, self.dofmap, forces)
         basis = self._motion(1)
         return [Term(geometric_stiffness, basis, {"N": tension(basis, d, self.block.section)})]
 
@@ -76,12 +76,12 @@ class PlainTruss:
         return [Mass(basis, line, np.asarray(basis.global_coordinates()))]
 
     def _motion(self, degree: int | None = None) -> ModelBasis:
-        return cell_basis("line", self.block.nodes, self.place, degree=degree)
+        return cell_basis("line", self.block.nodes, self.dofmap, degree=degree)
 
     def _rotation(self) -> ModelBasis:
         """Return the basis of the rotation vector, whose DOFs are the last three of the nodes."""
-        dof = np.roll(self.place.dof, 3, axis=1)
-        return cell_basis("line", self.block.nodes, self.place._replace(dof=dof), degree=1)
+        dof = np.roll(self.dofmap.dof, 3, axis=1)
+        return cell_basis("line", self.block.nodes, self.dofmap._replace(dof=dof), degree=1)
 
 
 def tension(basis: ModelBasis, d: np.ndarray, section: Truss) -> np.ndarray:

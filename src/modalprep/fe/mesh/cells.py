@@ -74,12 +74,6 @@ class Cell:
         return self.count > len(self.corners)
 
     @property
-    def face_nodes(self) -> bool:
-        """Whether every face is a quadrilateral with a node in its middle."""
-        own = len(self.corners) + len(self.edges) + len(self.faces)
-        return bool(self.faces) and self.count >= own and all(len(face) == 4 for face in self.faces)
-
-    @property
     def along(self) -> list[int]:
         """Nodes of a line from one end to the other."""
         return [0, *range(2, self.count), 1]

@@ -16,6 +16,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.elements.solid import INTEGRATIONS
 from modalprep.fe.mesh.cells import cell_dimension
+from modalprep.fe.mesh.facets import numbered
 from modalprep.fe.mesh.mesh import Mesh, refuse_far_points
 from modalprep.fe.properties.properties import SolidIntegration
 from modalprep.fe.readers.abaqus.dialect import Dialect
@@ -305,11 +306,11 @@ def _merge(raw: Any) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndar
     for kind in kinds:
         blocks = [i for i, block in enumerate(raw.cells) if block.type == kind]
         stacked = np.concatenate([raw.cells[i].data for i in blocks])
-        _, first, row = np.unique(np.sort(stacked, axis=1), axis=0, return_index=True, return_inverse=True)
+        _, first, row = np.unique(numbered(stacked), return_index=True, return_inverse=True)
         order = np.argsort(np.argsort(first))  # keep the file's order
         cells[kind] = stacked[np.sort(first)]
         for name, members in _block_groups(raw, blocks).items():
-            groups.setdefault(name, {})[kind] = np.unique(order[row.ravel()[members]])
+            groups.setdefault(name, {})[kind] = np.unique(order[row[members]])
     return cells, groups
 
 

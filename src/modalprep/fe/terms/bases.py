@@ -6,7 +6,7 @@ import numpy as np
 from skfem.assembly import CellBasis
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.bases import facet_bases, part_bases, place_of
+from modalprep.fe.assembly.bases import dofmap_of, facet_bases, part_bases
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
@@ -27,7 +27,7 @@ def term_bases(model: FEModel, mesh: Mesh, term: Term) -> list[CellBasis]:
         return facet_bases(model, term.group, term.where)
     parts = [] if model.elements is None else model.elements.parts
     own = [part for part in parts if part.group == term.group and _wanted(term, part.kind)]
-    bases = part_bases(own, place_of(model))
+    bases = part_bases(own, dofmap_of(model))
     if own and not bases:
         raise InputError(f"group {term.group!r} has points and springs, which have no inside; name other cells")
     return bases or facet_bases(model, _cells(model, mesh, term))
