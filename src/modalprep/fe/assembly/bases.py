@@ -98,9 +98,10 @@ def facet_bases(
     if isinstance(facets, str):
         own = [(part.kind, part.nodes) for part in parts_of(model, facets)]
         cells = boundary(own)
-        for kind, nodes in cells.items() if where is not None else ():
-            middle = dofmap.points[nodes[:, : len(CELLS[kind].corners)]].mean(axis=1)
-            cells[kind] = nodes[where(middle.T)]
+        if where is not None:
+            for kind, nodes in cells.items():
+                middle = dofmap.points[nodes[:, : len(CELLS[kind].corners)]].mean(axis=1)
+                cells[kind] = nodes[where(middle.T)]
         if not any(map(len, cells.values())):
             raise InputError(f"group {facets!r} has no facet where it is asked for; widen the condition")
     else:
