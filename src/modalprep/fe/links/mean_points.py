@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, vstack
 
 from modalprep.fe.mesh.cells import CELLS, cell_dimension
-from modalprep.fe.mesh.facets import Cells, Facets, boundary, distinct, facets, of_dimension
+from modalprep.fe.mesh.facets import Cells, Facets, alone, distinct, facets, of_dimension
 from modalprep.fe.mesh.mapping import CellMapping
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.reference_cells import quadrature, shapes_at
@@ -116,16 +116,20 @@ def _missed(cells: Cells, nodes: np.ndarray) -> int:
 
 def _outer_faces(mesh: Mesh, nodes: np.ndarray) -> dict[str, np.ndarray]:
     """Return the shells between the nodes, and the faces of volumes where no other follows."""
-    skin = boundary(of_dimension(mesh.cells, 3))
-    return distinct(_between(nodes, [*of_dimension(mesh.cells, 2), *skin.items()]))
+    skin = alone(_between(mesh, nodes, facets(of_dimension(mesh.cells, 3))))
+    return distinct([*_between(mesh, nodes, of_dimension(mesh.cells, 2)), *skin.items()])
 
 
 def _edges(mesh: Mesh, nodes: np.ndarray) -> dict[str, np.ndarray]:
     """Return the edges of shells between the nodes."""
-    return distinct(_between(nodes, facets(of_dimension(mesh.cells, 2))))
+    return distinct(_between(mesh, nodes, facets(of_dimension(mesh.cells, 2))))
 
 
-def _between(nodes: np.ndarray, cells: Facets) -> Facets:
-    """Return those of the cells that have no other nodes."""
-    found = ((kind, conn[np.isin(conn, nodes).all(axis=1)]) for kind, conn in cells)
-    return ((kind, own) for kind, own in found if len(own))
+def _between(mesh: Mesh, nodes: np.ndarray, cells: Facets) -> Facets:
+    """Yield those of the cells that have no other nodes."""
+    chosen = np.zeros(len(mesh.points), dtype=bool)
+    chosen[nodes] = True
+    for kind, conn in cells:
+        own = conn[chosen[conn].all(axis=1)]
+        if len(own):
+            yield kind, own

@@ -7,7 +7,7 @@ their mid-side nodes and are seen from outside, and reading a mesh does not impo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -47,7 +47,18 @@ def boundary(cells: Facets) -> dict[str, np.ndarray]:
     >>> boundary([("tetra", np.array([[0, 1, 2, 3], [1, 2, 3, 4]]))])["triangle"].shape  # the face between has two
     (6, 3)
     """
-    return _each(facets(cells), alone=True)
+    return alone(facets(cells))
+
+
+def alone(cells: Facets) -> dict[str, np.ndarray]:
+    """Return the cells with corners that no other has, ``{kind: nodes (k, n)}``.
+
+    Examples
+    --------
+    >>> alone([("line", np.array([[0, 1], [1, 2], [1, 0]]))])
+    {'line': array([[1, 2]])}
+    """
+    return _each(cells, lambda first, count: first[count == 1])
 
 
 def distinct(cells: Facets) -> dict[str, np.ndarray]:
@@ -58,18 +69,18 @@ def distinct(cells: Facets) -> dict[str, np.ndarray]:
     >>> distinct([("line", np.array([[0, 1], [1, 2], [1, 0]]))])
     {'line': array([[0, 1], [1, 2]])}
     """
-    return _each(cells, alone=False)
+    return _each(cells, lambda first, count: first)
 
 
-def _each(cells: Facets, *, alone: bool) -> dict[str, np.ndarray]:
-    """Return the first of the cells with the same corners, or those of which there is no other."""
+def _each(cells: Facets, choose: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> dict[str, np.ndarray]:
+    """Return some of the first of the cells with the same corners, chosen by their rows and how many there are."""
     found: dict[str, list[np.ndarray]] = {}
     for kind, nodes in cells:
         found.setdefault(kind, []).append(nodes)
     joined = {kind: np.concatenate(parts) for kind, parts in found.items()}
     _, first, count = np.unique(numbered(corners(joined.items(), -1)), return_index=True, return_counts=True)
     chosen = np.zeros(sum(map(len, joined.values())), dtype=bool)
-    chosen[first[count == 1] if alone else first] = True
+    chosen[choose(first, count)] = True
     rows = np.split(chosen, np.cumsum([len(nodes) for nodes in joined.values()]))
     return {kind: nodes[own] for (kind, nodes), own in zip(joined.items(), rows, strict=False) if own.any()}
 
