@@ -41,8 +41,8 @@ LAYERS = {
     ),
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
-        "kernels.loads", "packing", "tangents", "elements", "evaluation", "reference", "integration.events", "integration",
-        "results", "checkpoints", "preparation", "compilation", "analysis", "starts", "simulate", "free_body",
+        "kernels.loads", "packing", "tangents", "elements", "evaluation", "reference", "integration.events",
+        "integration", "results", "checkpoints", "preparation", "compilation", "analysis", "starts", "simulate", "free_body",
         "deploying",
     ),
     "report": (
