@@ -106,7 +106,7 @@ def cdb(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
 
 def measured(python: str, code: str, small: Path, deck: Path) -> tuple[float, float] | None:
     """Return CPU seconds and MiB of a reading in a new process; None where the reader is not there."""
-    done = subprocess.run([python, "-c", code + MEASURE, small, deck], capture_output=True, text=True)
+    done = subprocess.run([python, "-c", code + MEASURE, small, deck], capture_output=True, text=True, cwd=deck.parent)
     if done.returncode:
         if "ModuleNotFoundError" not in done.stderr:
             sys.exit(done.stderr)

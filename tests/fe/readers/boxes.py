@@ -149,6 +149,7 @@ def cdb(solid: Callable[..., str] = row, tail: str = "", kind: str = "185", poin
     return "\n".join([*head, *nodes, *blocks, tail, "FINISH", ""])
 
 
+THICK = "SECTYPE,1,SHELL\nSECDATA,.01,1"
 FOOT = component("NODE", "FOOT", [*range(1, 41)])
 
 CDB = {
@@ -172,7 +173,15 @@ CDB = {
     "absent system": cdb(lambda k, n: row(k, n, system=12 if k == 9 else 0)),
     "absent node": cdb(lambda k, n: row(k, [*n[:7], 999 if k == 9 else n[7]])),
     "absent type": cdb().replace("ET,1,185", "ET,2,185"),
-    "shells": cdb(lambda k, n: row(k, n[:4]), kind="181", tail="SECTYPE,1,SHELL\nSECDATA,.01,1"),
+    "shells": cdb(lambda k, n: row(k, n[:4]), kind="181", tail=THICK),
+    "triangles": cdb(lambda k, n: row(k, n[:4] if k > 9 else [*n[:3], n[2]]), kind="181", tail=THICK),
+    "shells of second order": cdb(lambda k, n: row(k, [*n[:4], *second(n)[8:12]]), kind="281", tail=THICK),
+    "shells with missing middles": cdb(
+        lambda k, n: row(k, [*n[:4], *second(n)[8:11], second(n)[11] * (k != 5)]), kind="281", tail=THICK
+    ),
+    "old shells": cdb(lambda k, n: row(k, n[:4]), kind="63", tail="R,1,.01"),
+    "shells without a section": cdb(lambda k, n: row(k, n[:4]), kind="181"),
+    "shells that coincide": cdb(lambda k, n: row(k, [*n[:3], n[k == 7]]), kind="181", tail=THICK),
     "angles": cdb(points=[[*x, 0.0, 0.0, 30.0 * (k == 3)] for k, x in enumerate(POINTS)], tail="D,4,UX,0."),
     "node twice": cdb().replace("\n        7        0        0", "\n        6        0        0"),
     "element twice": cdb(lambda k, n: row(k - (k == 5), n)),

@@ -58,7 +58,8 @@ def structural_cells(mesh: Mesh) -> dict[str, np.ndarray]:
     """Return which cells (k,) of each type are structure: no face of a volume and no edge of a face or a volume."""
     found = {}
     faces = list(facets(of_dimension(mesh.cells, 3)))
-    edges = list(facets([*faces, *of_dimension(mesh.cells, 2)]))
+    lines = any(cell_dimension(kind) == 1 for kind in mesh.cells)
+    edges = list(facets([*faces, *of_dimension(mesh.cells, 2)])) if lines else []
     for kind, conn in mesh.cells.items():
         dimension = cell_dimension(kind)
         found[kind] = np.full(len(conn), dimension > 0)

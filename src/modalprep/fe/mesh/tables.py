@@ -10,7 +10,7 @@ import numpy as np
 SPREAD = 8  # times as many as there are labels may a list of all numbers have
 
 
-class Table:
+class Table(Sequence[Any]):
     """Rows of equal width.
 
     Examples

@@ -1,49 +1,89 @@
-"""Many solids of Ansys that follow each other with the same attributes, at once where nothing about them is special."""
+"""Many solids or shells of Ansys in a row with the same attributes, at once where nothing about them is special."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from modalprep.fe.properties.properties import Solid
+from modalprep.fe.properties.properties import Shell, Solid
 from modalprep.fe.readers.ansys.builder import Builder
 from modalprep.fe.readers.ansys.deck import ElementBlock
-from modalprep.fe.readers.ansys.elements import BRICKS, COUNT, ELEMENTS, TETRAS, add_tetra, note_solids, solid_group
-from modalprep.fe.readers.ansys.elements import add_solid as add_brick
-
-SHAPES = ("hexahedron", "wedge", "pyramid", "tetra")
+from modalprep.fe.readers.ansys.elements import (
+    BRICKS,
+    COUNT,
+    ELEMENTS,
+    QUADS,
+    TETRAS,
+    add_shell,
+    add_solid,
+    add_tetra,
+    middle_sides,
+    note_solids,
+    shell_group,
+    solid_group,
+)
 
 
 def add_alike(b: Builder, name: str, block: ElementBlock) -> bool:
     """Add a block of elements of one type; False, and nothing added, where one of them asks for a look of its own."""
     handle = ELEMENTS[name].handle if name in ELEMENTS else None
-    count = block.nodes.shape[1]
-    if b.system(block.element(0)) or handle not in (add_brick, add_tetra):
+    shapes = _shapes(handle, block.nodes)
+    if block.attributes[0, 4] or shapes is None:
         return False
-    if handle is add_tetra and (count < 8 or count == 10):
-        found = [_cells(b, block, np.arange(len(block.labels)), "tetra", TETRAS, 4)]
-    elif count >= 8:
-        shapes = _brick_shapes(block.nodes)
-        own = [(shape, np.flatnonzero(shapes == k)) for k, shape in enumerate(SHAPES)]
-        own.sort(key=lambda one: one[1][0] if len(one[1]) else len(shapes))
-        found = [_cells(b, block, rows, shape, BRICKS, 8) for shape, rows in own if len(rows)]
-    else:
-        return False
+    names, shape, table, corners = shapes
+    own = [np.flatnonzero(shape == k) for k in range(len(names))]
+    first = sorted((int(rows[0]), k) for k, rows in enumerate(own) if len(rows))
+    found = [_cells(b, block, own[k], names[k], table, corners) for _, k in first]
     cells = [one for one in found if one is not None]
     if len(cells) < len(found):
         return False
     for kind, rows, nodes in cells:
-        first = block.element(int(rows[0]))
-        b.refuse_without_element(first, kind, Solid)
-        name = solid_group(b, first)
-        added = b.extend(kind, nodes)
-        b.join(name, kind, added)
-        b.placed.setdefault(kind, []).append((block.labels[rows], added))
-        note_solids(b, first, kind, added)
+        (_add_shells if handle is add_shell else _add_solids)(b, kind, block, rows, nodes)
     return True
 
 
+def _shapes(handle: Any, nodes: np.ndarray) -> tuple[tuple[str, ...], np.ndarray, dict, int] | None:
+    """Return the shapes that elements may have, which of them each has, the places of their nodes, and their corners.
+
+    None of elements that are no solids and no shells.
+    """
+    count = nodes.shape[1]
+    if handle is add_shell and count >= 3:
+        triangle = nodes[:, 2] == nodes[:, 3] if count > 3 else np.ones(len(nodes), dtype=bool)
+        return ("quad", "triangle"), triangle.astype(int), QUADS, 4
+    if handle is add_tetra and (count < 8 or count == 10):
+        return ("tetra",), np.zeros(len(nodes), dtype=int), TETRAS, 4
+    if handle in (add_solid, add_tetra) and count >= 8:
+        return ("hexahedron", "wedge", "pyramid", "tetra"), _brick_shapes(nodes), BRICKS, 8
+    return None
+
+
+def _add_solids(b: Builder, kind: str, block: ElementBlock, rows: np.ndarray, nodes: np.ndarray) -> None:
+    first = block.element(int(rows[0]))
+    b.refuse_without_element(first, kind, Solid)
+    added = _add(b, kind, block.labels[rows], nodes, solid_group(b, first))
+    note_solids(b, first, kind, added)
+
+
+def _add_shells(b: Builder, kind: str, block: ElementBlock, rows: np.ndarray, nodes: np.ndarray) -> None:
+    first = block.element(int(rows[0]))
+    b.refuse_without_element(first, kind, Shell)
+    added = _add(b, kind, block.labels[rows], nodes, shell_group(b, first))
+    b.turning.update(np.unique(nodes).tolist())
+    axes = middle_sides(b.points[nodes], kind.startswith("triangle"))
+    b.data.setdefault(("axis", kind), {}).update(zip(added, axes, strict=True))
+
+
+def _add(b: Builder, kind: str, labels: np.ndarray, nodes: np.ndarray, group: str) -> range:
+    added = b.extend(kind, nodes)
+    b.join(group, kind, added)
+    b.placed.setdefault(kind, []).append((labels, added))
+    return added
+
+
 def _brick_shapes(nodes: np.ndarray) -> np.ndarray:
-    """Return what the eight corners of each brick are, as its place in `SHAPES`."""
+    """Return what the eight corners of each brick are, as its place among hexahedron, wedge, pyramid and tetra."""
     same = nodes[:, 2] == nodes[:, 3]
     point = (nodes[:, 5:8] == nodes[:, 4:5]).all(axis=1)
     return np.select([point & same, point, same & (nodes[:, 6] == nodes[:, 7])], [3, 2, 1], 0)

@@ -89,14 +89,20 @@ def _is_reduced(b: Builder, element: Element) -> bool:
     return (kind.name == "186" and kind.options.get(2, 0) == 0) or (kind.name == "95" and kind.options.get(11, 0) == 1)
 
 
-def _shell(b: Builder, element: Element) -> None:
+def shell_group(b: Builder, element: Element) -> str:
+    """Return the group of a shell."""
+    old = b.deck.types[element.type].name == "63"
+    return b.group(element, "mrs", b.sections.thin_shell if old else b.sections.shell)
+
+
+def add_shell(b: Builder, element: Element) -> None:
+    """Add a quadrilateral, or a triangle."""
     if len(element.nodes) < 3:
         raise b.deck.error(element, f"it has {len(element.nodes)} nodes and needs 4 or 8; export the model again")
     triangle = len(element.nodes) == 3 or element.nodes[2] == element.nodes[3]
     kind, places = _places(b, element, "triangle" if triangle else "quad", QUADS, 4)
     b.refuse_without_element(element, kind, Shell)
-    old = b.deck.types[element.type].name == "63"
-    name = b.group(element, "mrs", b.sections.thin_shell if old else b.sections.shell)
+    name = shell_group(b, element)
     nodes = b.cell_nodes(element, kind, places, 6)
     b.turning.update(nodes)
     b.put("axis", kind, b.cell(element, kind, nodes, name), _shell_axis(b, element, nodes, triangle))
@@ -106,9 +112,13 @@ def _shell_axis(b: Builder, element: Element, nodes: list[int], triangle: bool) 
     """Return x of the material: that of ESYS, else the middle of a quadrilateral's sides I-J and L-K."""
     if system := b.system(element):
         return system.axes_at(b.centre(nodes, b.points))[0]
-    points = b.points[nodes[: 3 if triangle else 4]]
-    side = points[1] - points[0]
-    return side if triangle else side + points[2] - points[3]
+    return middle_sides(b.points[nodes[: 3 if triangle else 4]], triangle)
+
+
+def middle_sides(x: np.ndarray, triangle: bool) -> np.ndarray:
+    """Return the side I-J of shells ``x (..., nodes, 3)``, of quadrilaterals twice the middle of I-J and L-K."""
+    side = x[..., 1, :] - x[..., 0, :]
+    return side if triangle else side + x[..., 2, :] - x[..., 3, :]
 
 
 def _link(b: Builder, element: Element) -> None:
@@ -262,12 +272,12 @@ ELEMENTS: dict[str, Entry] = {
     "COMBIN14": Entry("approximated", "Its damping is left out.", _spring),
     "MASS21": Entry("read", "", _mass),
     "SOLID45": Entry("approximated", OWN, add_solid),
-    "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", _shell),
+    "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", add_shell),
     "SOLID92": Entry("read", "", add_tetra),
     "SOLID95": Entry("approximated", f"{FULLY} With KEYOPT(11) = 1 it is reduced.", add_solid),
     "SURF154": Entry("no effect", "It carries loads; with a foundation or added mass it is refused.", _surface),
     "LINK180": Entry("read", "Tension-only bars act in both directions.", _link),
-    "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", _shell),
+    "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", add_shell),
     "MPC184": Entry("approximated", "Rigid beams and links are read, joints are refused.", _rigid),
     "SOLID185": Entry("approximated", OWN, add_solid),
     "SOLID186": Entry("approximated", f"{FULLY} With KEYOPT(2) = 0, the default, it is reduced.", add_solid),
@@ -275,7 +285,7 @@ ELEMENTS: dict[str, Entry] = {
     "BEAM188": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
     "BEAM189": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
     "MESH200": Entry("no effect", "It has no stiffness."),
-    "SHELL281": Entry("approximated", QUADRATIC, _shell),
+    "SHELL281": Entry("approximated", QUADRATIC, add_shell),
     "SOLID285": Entry("approximated", OWN, add_tetra),
     "PIPE288": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
     "PIPE289": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),

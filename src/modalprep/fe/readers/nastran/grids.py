@@ -72,7 +72,7 @@ class Grids:
         self.cd = values[self._order, 5].astype(int)
         self.points = np.ascontiguousarray(values[self._order, 2:5])
         given = np.concatenate(
-            [[bool(card.text(6) or ps) for card in cards], *(block.values[:, 6] > 0 for block in blocks)]
+            [[bool(card.text(6) or ps) for card in cards], *(np.nan_to_num(block.values[:, 6]) > 0 for block in blocks)]
         )
         held = {
             i: self.card(i).text(6) or ps
