@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil
 
 import numpy as np
@@ -82,16 +83,38 @@ class Turn:
         there = self.S @ (A @ y)
         return bool(np.linalg.norm(A @ (self.S @ y) - there) <= ALIKE * np.linalg.norm(there))
 
-    def wave(self, n: int) -> csr_array:
-        """Return ``sum_j e^{i n alpha j} S^j E (n_i, p)``: the motion of the ring with n nodal diameters."""
+    @cached_property
+    def copies(self) -> list[csr_array]:
+        """``S^j E (n_i, p)``: the DOFs of each sector by those of the first, turned."""
         size = (self.S.shape[0], len(self.own))
-        step = coo_array((np.ones(size[1]), (self.own, np.arange(size[1]))), shape=size).tocsr()
-        total = step
-        for j in range(1, self.sectors):
-            step = self.S @ step
-            angle = 2 * np.pi * n * j / self.sectors
-            total = total + step * (np.round(np.cos(angle)) if 2 * n % self.sectors == 0 else np.exp(1j * angle))
-        return total.tocsr()
+        found = [coo_array((np.ones(size[1]), (self.own, np.arange(size[1]))), shape=size).tocsr()]
+        for _ in range(1, self.sectors):
+            found.append((self.S @ found[-1]).tocsr())
+        return found
+
+    def blocks(self, A: csr_array) -> list[csr_array]:
+        """Return ``E^T A S^j E (p, p)`` of each sector j: how the first is coupled to it."""
+        rows = A[self.own]
+        return [(rows @ copy).tocsr() for copy in self.copies]
+
+    def phases(self, n: int) -> np.ndarray:
+        """Return ``e^{i n alpha j}`` of each sector j with n nodal diameters; real where modes are single."""
+        angle = 2 * np.pi * n * np.arange(self.sectors) / self.sectors
+        return np.round(np.cos(angle)) if _share(self, n) == 1 else np.exp(1j * angle)
+
+    def of(self, blocks: list[csr_array], n: int) -> csr_array:
+        """Return the Hermitian matrix of n nodal diameters of `blocks`."""
+        parts = [phase * block for phase, block in zip(self.phases(n), blocks, strict=True) if block.nnz]
+        A = sum(parts[1:], start=parts[0])
+        return ((A + A.conj().T) / 2).tocsr()
+
+    def shapes(self, Z: np.ndarray, n: int) -> np.ndarray:
+        """Return the real shapes ``(n_i, k)`` of unit modal mass in the ring, those of a pair beside each other."""
+        shape = sum(phase * (copy @ Z) for phase, copy in zip(self.phases(n), self.copies, strict=True))
+        shape *= np.sqrt(_share(self, n) / self.sectors)
+        if _share(self, n) == 1:
+            return shape
+        return np.stack([shape.real, shape.imag], axis=2).reshape(len(shape), -1)
 
 
 def _turn(model: FEModel, cyclic: CyclicSymmetry) -> Turn | None:
@@ -135,32 +158,23 @@ def _first_of_each(partner: np.ndarray, moving: np.ndarray, n: int, sectors: int
 
 def _ring_modes(turn: Turn, K: csr_array, M: csr_array, n: int, solver: str) -> Modes:
     """Return the n lowest modes of the ring: of each nodal diameter as many as lie below the n-th."""
-    most = turn.sectors // 2
-    count = dict.fromkeys(range(most + 1), ceil(n / turn.sectors) + SPARE)
+    blocks = turn.blocks(K), turn.blocks(M)
+    count = dict.fromkeys(range(turn.sectors // 2 + 1), ceil(n / turn.sectors) + SPARE)
     found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    waves = {d: turn.wave(d) for d in count}
     short = set(count)
     while short:
         for d in short:
-            A, B = ((waves[d].conj().T @ X @ waves[d] / turn.sectors).tocsr() for X in (K, M))
-            found[d] = single_modes(A, B, count[d], solver=solver)
+            found[d] = single_modes(*(turn.of(each, d) for each in blocks), count[d], solver=solver)
         every = np.sort(np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()]))
         last = every[n - 1] if len(every) >= n else np.inf
         short = {d for d, (w2, _) in found.items() if len(w2) == count[d] and w2[-1] <= last}
         count |= {d: 2 * count[d] for d in short}
     w2 = np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()])
-    phi = np.concatenate([_shapes(turn, waves[d], Z, _share(turn, d)) for d, (_, Z) in found.items()], axis=1)
+    phi = np.concatenate([turn.shapes(Z, d) for d, (_, Z) in found.items()], axis=1)
     order = np.argsort(w2, kind="stable")[:n]
     return Modes(w2[order], made_unique(w2[order], phi[:, order], K), "counted for each nodal diameter")
 
 
 def _share(turn: Turn, d: int) -> int:
+    """Return how many modes of the ring one of a nodal diameter is."""
     return 1 if 2 * d % turn.sectors == 0 else 2
-
-
-def _shapes(turn: Turn, wave: csr_array, Z: np.ndarray, share: int) -> np.ndarray:
-    """Return real shapes of unit modal mass, those of a pair beside each other."""
-    shape = np.sqrt(share / turn.sectors) * (wave @ Z)
-    if share == 1:
-        return shape
-    return np.stack([shape.real, shape.imag], axis=2).reshape(len(shape), -1)
