@@ -10,6 +10,8 @@ from rings import bricks
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.pipeline.building.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.schema.load import load
 from modalprep.reduction import cyclic_modes
 
 pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
@@ -81,6 +83,17 @@ def test_a_deck_brings_its_symmetry(tmp_path, capsys):
     assert main(["run", str(tmp_path / "other.toml"), "--no-report"]) == 0
     same = table(tmp_path / "output/other/other-nodal-diameters.csv")
     assert same[0]["frequency"] == pytest.approx(found[2]["frequency"], rel=1e-9)
+
+
+def test_init_writes_the_table_of_a_deck(tmp_path, capsys):
+    """Its file runs as it is: the model is that of the ring."""
+    write_sector(tmp_path, symmetry=True)
+    assert main(["init", str(tmp_path / "sector.inp"), "-o", str(tmp_path / "job.toml")]) == 0
+    source = load(tmp_path / "job.toml")
+    assert source.pipeline.cyclic is not None
+    ring = read_pipeline_mesh(source)
+    sector = mp.assemble(mp.read_mesh(tmp_path / "sector.inp"), {}, {"hub": mp.Interface(group="hub")})
+    assert assemble_pipeline(source.pipeline, ring).rigid.m == pytest.approx(6 * sector.rigid.m, rel=1e-12)
 
 
 BAD = {

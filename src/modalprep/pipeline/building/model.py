@@ -33,10 +33,13 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 
 def read_pipeline_mesh(source: Loaded) -> Mesh:
     """Read the mesh, or the nodes with their matrices, that a pipeline file names; with [cyclic] that of the ring."""
-    mesh = read_own_mesh(source)
-    if source.pipeline.cyclic is None:
-        return mesh
-    return make_ring(mesh, cyclic_symmetry(source.pipeline.cyclic, mesh), own_sections(source.pipeline))
+    return whole_mesh(source.pipeline, read_own_mesh(source))
+
+
+def whole_mesh(pipeline: Pipeline, mesh: Mesh) -> Mesh:
+    """Return the mesh of a file; with [cyclic] that of the ring of which it is a sector."""
+    table = pipeline.cyclic
+    return mesh if table is None else make_ring(mesh, cyclic_symmetry(table, mesh), own_sections(pipeline))
 
 
 def cyclic_symmetry(table: CyclicTable, mesh: Mesh) -> CyclicSymmetry:

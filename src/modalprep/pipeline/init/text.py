@@ -56,6 +56,8 @@ def _mesh(survey: Survey, target: Path) -> str:
             f"size = {number(read.size, read.size)}  # edge of an element; halve it to see what the mesh changes"
         )
         lines.append("order = 2")
+    if survey.mesh.cyclic is not None:
+        lines.append(f"\n[cyclic]  # the mesh is one of the {survey.mesh.cyclic.sectors} sectors that the deck states")
     return "\n".join(lines)
 
 

@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.dialect import Dialect
-from modalprep.pipeline.building.model import assemble_pipeline
+from modalprep.pipeline.building.model import assemble_pipeline, whole_mesh
 from modalprep.pipeline.building.sources import refuse_overwriting
 from modalprep.pipeline.init.analysis import MOST_MODES
 from modalprep.pipeline.init.case import idle_loads, modes_in_band
@@ -84,11 +84,13 @@ def _that_assembles(
     for _ in range(1 + len(survey.interfaces)):
         text = pipeline_text(survey, target, material, given)
         try:
-            model = assemble_pipeline(Pipeline.model_validate(tomllib.loads(text)), survey.mesh)
+            pipeline = Pipeline.model_validate(tomllib.loads(text))
+            mesh = whole_mesh(pipeline, survey.mesh)
+            model = assemble_pipeline(pipeline, mesh)
         except InputError as error:
             message = str(error)
         else:
-            survey = _counted(_without_idle_loads(survey, model), model)
+            survey = _counted(_without_idle_loads(survey, mesh, model), model)
             return survey, pipeline_text(survey, target, material, given), model
         refused = re.match(r"interface '(.+?)': (.+)", message)
         if not refused or refused[1] not in {one.name for one in survey.active}:
@@ -98,10 +100,10 @@ def _that_assembles(
     return survey, pipeline_text(survey, target, material, given), None
 
 
-def _without_idle_loads(survey: Survey, model: FEModel) -> Survey:
+def _without_idle_loads(survey: Survey, mesh: Mesh, model: FEModel) -> Survey:
     """Return the survey without loads that need no truncation vector, and say why."""
     case = survey.case
-    idle = idle_loads(model, survey.mesh, case.loads) if case else {}
+    idle = idle_loads(model, mesh, case.loads) if case else {}
     if case is None or not idle:
         return survey
     kept = tuple(name for name in case.loads if name not in idle)
