@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -79,16 +80,23 @@ def prepare(
     """
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]), shortest_event)
-    loading.clip(float(times[0]), float(times[-1]))
+    begin = float(times[0])
+    steps = {} if start is None or _are_apart(start.steps, begin, loading, options) else start.steps
+    loading.clip(begin, float(times[-1]))
     y = np.append(start_state(packed) if start is None else start.vector(system), 0.0)
     if start is not None and loading.loops:
         loading.loops.restore(start.closures, start.active)
     accelerations = _reference_accelerations(system, loading) if reference else None
     size = deflections(system, packed)
     seen = RecoveredState(system, packed, loading.loops)
-    steps = {} if start is None else start.steps
     given = {"reference": accelerations, "observer": seen, "is_deflected": start is not None, "steps": steps}
     return Integration(system, packed, loading, y, times, size, **given, **options)
+
+
+def _are_apart(steps: Mapping[str, np.ndarray], begin: float, loading: Loading, options: Mapping[str, Any]) -> bool:
+    """Whether something lies between the last step that was not cut and the time where the run before ended."""
+    breaks = [end for _, end in loading.stretches]
+    return bool(steps) and float(steps["time"]) < begin and (begin in breaks or bool(options.get("events")))
 
 
 def deflections(system: System, packed: Packed) -> np.ndarray:

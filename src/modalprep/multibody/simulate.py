@@ -12,7 +12,6 @@ from modalprep.multibody.compilation import by_two_processes
 from modalprep.multibody.evaluation.system_state import SystemState, state_of
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
-from modalprep.multibody.integration.step_control import step_control
 from modalprep.multibody.model.events import Event, idle_closures
 from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.system import System
@@ -224,7 +223,7 @@ def _state(integration: Integration) -> SystemState:
         integration.steps.y[:-1].copy(),
         float(integration.steps.clock[0].time),
         loops=integration.loading.loops,
-        steps=step_control(integration.steps, integration.choice.name),
+        steps=integration.uncut or integration.step_control(),
     )
 
 

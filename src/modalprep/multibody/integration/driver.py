@@ -40,7 +40,7 @@ ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
 MOST_GROWTH = (6.0, 100.0, 2.0)
 # in sizes of a body: deflections count by it at least, beside moving joints and where nothing else moves
 LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.27, 0.01), (0.01, 0.05, 0.01)
-RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND, NEAR = range(9)
+RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND, NEAR, CUT = range(10)
 SAFETY = (0.9, 0.85, 0.9)
 LEAST_GROWTH = 0.2
 FAILED_GROWTH = 0.5
@@ -68,6 +68,7 @@ class Watch(NamedTuple):
     hook: np.ndarray  # (1,) int, address of the function that looks for events and writes `stop`; 0 without events
     stop: np.ndarray  # (1,) s, of the first event that ends the last step
     branches: np.ndarray  # (1,) int, whether `advance` returns NEAR after a step that came near a singular position
+    cuts: np.ndarray  # (1,) int, whether `advance` returns CUT before it shortens a step to end at `stop`
 
 
 @compile_kernel
@@ -159,6 +160,8 @@ def advance(eq, run, watch, method, stop, most):
         left = goal - t
         h = limited(run, method, t, h)
         if h > 0.5 * left:
+            if watch.cuts[0] and goal == stop:
+                return CUT
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
         end = goal if h == left else t + h
         begin_step(eq.work, eq.implicit_work)

@@ -183,7 +183,8 @@ def _trial(eq: Equations, run: Run, watch: Watch, method: int, stretch: tuple[fl
     first, stop = stretch
     trial = Run(*(part.copy() for part in run))
     trial.counters[0].evaluations = 0
-    unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, np.int64), branches=np.zeros(1, np.int64))
+    none = np.zeros(1, np.int64)
+    unwatched = watch._replace(times=np.zeros(0), hook=none, branches=none, cuts=none)
     if begin(eq, trial, method, first, stop) != GOOD:
         return np.inf
     code, trials, cost = RUNNING, 0, np.inf

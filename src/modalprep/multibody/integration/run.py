@@ -33,7 +33,7 @@ from modalprep.multibody.integration.method_selection import (
     top_frequency,
     without,
 )
-from modalprep.multibody.integration.step_control import go_on
+from modalprep.multibody.integration.step_control import go_on, step_control
 from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.integration.watching import CHUNK, new_watch
 from modalprep.multibody.model.events import Event
@@ -161,6 +161,7 @@ class Integration:
         if is_deflected and self.choice.method == EXPLICIT and not step:
             self._limit_to_stable_steps()
         self._given = steps or {}
+        self.uncut: dict[str, np.ndarray] | None = None  # the step control before steps are cut to end with the run
         self.first = np.zeros_like(self.steps.ydot)
 
     def _limit_to_stable_steps(self) -> None:
@@ -266,6 +267,10 @@ class Integration:
             code = self._advance(self.choice.method, end, self._chunk())
             self._drain(record)
             self.raise_callback()
+            if code == driver.CUT:
+                self.watch.cuts[0] = 0
+                self.uncut = self.step_control()
+                continue
             if code == driver.NEAR:
                 self.watch.branches[0] = self.change_points.look(self.steps)
                 continue
@@ -290,6 +295,8 @@ class Integration:
                 self._review((self._counted("evaluations") - count) / moved, record, end)
 
     def _begin(self, begin: float, end: float) -> None:
+        self.uncut = None
+        self.watch.cuts[0] = end == self.watch.times[-1] and not self.events
         status = self._start(self.choice.method, begin, end)
         self.raise_callback()
         if status != GOOD or not np.isfinite(self.steps.ydot).all():
@@ -297,7 +304,7 @@ class Integration:
             raise failure(self, begin)
         if begin == self.loading.stretches[0][0]:
             self.first = self.steps.ydot.copy()
-            go_on(self.steps, self._given, self.choice.name)
+            go_on(self.steps, self._given, self.choice.name, self._longest)
             if self.events:
                 self.search.start(begin)
 
@@ -392,6 +399,10 @@ class Integration:
         return Outcome(
             status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self.stats(), t
         )
+
+    def step_control(self) -> dict[str, np.ndarray]:
+        """Return that of the run as it is, for another run that goes on from here."""
+        return step_control(self.steps, self.choice.name, self._longest)
 
     def stats(self) -> dict[str, str | int | float]:
         """Return how the run goes, as `Result.stats` has it."""

@@ -25,8 +25,8 @@ CLOCK = (
 SAME = ("fixed_step", "rtol", "atol", "rho_inf")  # without which the steps would be others anyway
 
 
-def step_control(run: Run, method: str) -> dict[str, np.ndarray]:
-    """Return what the next steps of a run depend on, besides its equations.
+def step_control(run: Run, method: str, longest: float) -> dict[str, np.ndarray]:
+    """Return what the next steps of a run depend on, besides its equations; its user allows the `longest` step (s).
 
     Returns
     -------
@@ -35,10 +35,11 @@ def step_control(run: Run, method: str) -> dict[str, np.ndarray]:
     """
     found = {name: _numbers(run, name).copy() for name in ARRAYS}
     clock = {name: np.array(run.clock[0][name]) for name in (*CLOCK, *SAME)}
-    return found | clock | {"method": np.array(method)}
+    stable = run.clock[0].longest if run.clock[0].longest < longest else np.inf
+    return found | clock | {"method": np.array(method), "longest": np.array(stable)}
 
 
-def go_on(run: Run, kept: Mapping[str, np.ndarray], method: str) -> None:
+def go_on(run: Run, kept: Mapping[str, np.ndarray], method: str, longest: float) -> None:
     """Let a run that has begun take the steps that the one before would have taken, where method and step agree."""
     if not kept or str(kept["method"]) != method:
         return
@@ -50,6 +51,7 @@ def go_on(run: Run, kept: Mapping[str, np.ndarray], method: str) -> None:
         _numbers(run, name)[...] = kept[name]
     for name in CLOCK:
         run.clock[name] = kept[name]
+    run.clock["longest"] = min(longest, kept["longest"])
 
 
 def _numbers(run: Run, name: str) -> np.ndarray:

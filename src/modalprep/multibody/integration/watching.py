@@ -39,6 +39,7 @@ def _pattern() -> Pattern[Watch]:
         "hook": np.zeros(1, np.int64),
         "stop": np.full(1, np.inf),
         "branches": np.zeros(1, np.int64),
+        "cuts": np.zeros(1, np.int64),
         "shared": blank(SHARED, 1),
     }
     return Pattern(Watch(**given, **own), (*given, "shared"))
