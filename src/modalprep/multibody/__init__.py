@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from modalprep.multibody.analysis.inverse_dynamics import InverseDynamics as InverseDynamics
     from modalprep.multibody.analysis.inverse_dynamics import hinge_forces as hinge_forces
     from modalprep.multibody.analysis.inverse_dynamics import inverse_dynamics as inverse_dynamics
+    from modalprep.multibody.analysis.inverse_kinematics import InverseKinematics as InverseKinematics
+    from modalprep.multibody.analysis.inverse_kinematics import Target as Target
+    from modalprep.multibody.analysis.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from modalprep.multibody.analysis.spin import SpinModes as SpinModes
     from modalprep.multibody.analysis.spin import spin_modes as spin_modes
     from modalprep.multibody.analysis.state_space import StateSpace as StateSpace

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.atomic import write_columns, write_table
+from modalprep.multibody.analysis.inverse_kinematics import InverseKinematics
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report.charts import plots
@@ -51,6 +52,40 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
         rich.add_row(str(k + 1), *numbers, Text(moves), *([said[k]] if any(said) else []))
     console.print(Text("Modes of the system", "bold"))
     print_table(rich, console)
+
+
+def kinematics_table(found: InverseKinematics, console: Console) -> None:
+    """Print positions and speeds of the joints, what is left of the targets, and what they leave open.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.analysis.inverse_kinematics import Target, inverse_kinematics
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.model.system import System
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> tip = Target(at=f"arm.{arm.bodies['arm'].interface_name[1]}", position=(0.0, 10.0, float("nan")))
+    >>> kinematics_table(inverse_kinematics(arm, [tip]), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Start values of the joints
+    joint...
+    hinge   1.5708         0...
+    """
+    rich = plain_table()
+    for name in ("joint", "position (m, rad)", "speed (m/s, rad/s)"):
+        rich.add_column(name)
+    for name, place in found.joints.items():
+        rich.add_row(Text(name), _numbers(place), _numbers(found.joint_rates[name]))
+    console.print(Text("Start values of the joints", "bold"))
+    print_table(rich, console)
+    for name, error in found.errors.items():
+        console.print(Text(f"  {name} is met to {np.linalg.norm(error):.1e}"))
+    if found.freedom:
+        console.print(Text(f"  open: {found.freedom} motions of {', '.join(found.open)}, which moved little"))
+
+
+def _numbers(values: np.ndarray) -> str:
+    return ", ".join(f"{value:.6g}" for value in values + 0.0)  # no negative zeros
 
 
 def course(z: complex) -> str:

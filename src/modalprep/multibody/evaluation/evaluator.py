@@ -70,6 +70,8 @@ class Evaluator:
     scale : (nu,)
         Size of a change of each coordinate: 1 rad, the largest body or travel at the start (m), a deflection of the
         body's own size.
+    size : float
+        The largest body or travel at the start, m.
     turns : (nu,) bool
         Whether the coordinate is an angle.
     owner : list of (str, str)
@@ -130,6 +132,7 @@ class Evaluator:
         sizes = {key: _size(body) for key, body in distinct.items()}
         travels = [np.abs(joint.displacement).max() for joint in self.system.joints if np.any(joint.displacement)]
         largest = max(*sizes.values(), *travels, 0.0)
+        self.size = float(largest)
         columns = (self.packed.model.links[name].tolist() for name in ("joint", "u", "uq", "about"))
         for link, kind, u, first, about in zip(self.packed.links, *columns, strict=True):
             count = KINDS[kind].speeds

@@ -35,7 +35,7 @@ def step_control(run: Run, method: str, longest: float) -> dict[str, np.ndarray]
     """
     found = {name: _numbers(run, name).copy() for name in ARRAYS}
     clock = {name: np.array(run.clock[0][name]) for name in (*CLOCK, *SAME)}
-    stable = run.clock[0].longest if run.clock[0].longest < longest else np.inf
+    stable = run.clock[0].longest if run.clock[0].longest < longest else 0.0  # none
     return found | clock | {"method": np.array(method), "longest": np.array(stable)}
 
 
@@ -51,7 +51,7 @@ def go_on(run: Run, kept: Mapping[str, np.ndarray], method: str, longest: float)
         _numbers(run, name)[...] = kept[name]
     for name in CLOCK:
         run.clock[name] = kept[name]
-    run.clock["longest"] = min(longest, kept["longest"])
+    run.clock["longest"] = min(longest, float(kept["longest"]) or np.inf)
 
 
 def _numbers(run: Run, name: str) -> np.ndarray:

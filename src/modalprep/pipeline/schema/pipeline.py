@@ -27,6 +27,7 @@ from modalprep.pipeline.schema.fe import (
 )
 from modalprep.pipeline.schema.film import FilmTable
 from modalprep.pipeline.schema.force_elements import NOUNS, ForceElements
+from modalprep.pipeline.schema.inverse_kinematics import InverseKinematicsTable
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
@@ -97,6 +98,7 @@ OF_A_SYSTEM = (
     "depletions",
     "jets",
     "environment",
+    "inverse_kinematics",
     *ForceElements.model_fields,
 )
 
@@ -199,6 +201,7 @@ class Pipeline(ForceElements):
     jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
     events: dict[str, EventTable] = Field({}, description="zero crossings of channels and their effects")
     environment: EnvironmentTable = Field(EnvironmentTable())
+    inverse_kinematics: InverseKinematicsTable | None = None
     simulation: SimulationTable | None = None
     ensemble: EnsembleTable | None = None
     analysis: AnalysisTable | None = None
@@ -306,7 +309,7 @@ class Pipeline(ForceElements):
 
     @model_validator(mode="after")
     def _deployments_stand_alone(self) -> Pipeline:
-        others = ("analysis", "synthesis", "closures", "couplers", "depletions", "events")
+        others = ("analysis", "inverse_kinematics", "synthesis", "closures", "couplers", "depletions", "events")
         if found := [name for name in others if self.deployments and getattr(self, name)]:
             raise ValueError(f"[{found[0]}] cannot be combined with [deployments]; leave one out")
         s = self.simulation

@@ -28,8 +28,15 @@ from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, 
 
 
 def read_system(source: Loaded, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
-    """Return the system a pipeline file describes, its bodies read or built."""
-    return system_of(source, read_bodies(source, lambda each: current_body(each, output, reporter)))
+    """Return the system a pipeline file describes, its bodies read or built, its joints where targets want them."""
+    system = system_of(source, read_bodies(source, lambda each: current_body(each, output, reporter)))
+    table = source.pipeline.inverse_kinematics
+    if table is None or isinstance(system, DeployingSystem):
+        return system
+    from modalprep.pipeline.systems.inverse_kinematics import started_at_targets  # which takes long to import
+
+    with naming(source.path):
+        return started_at_targets(system, table, reporter)
 
 
 @overload
