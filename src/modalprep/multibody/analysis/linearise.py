@@ -118,7 +118,8 @@ def linear_equations(
     A, A_error = equations.accelerations, equations.accelerations_error
     B = equations.solve(_input_forces(chart, applied))
     C, D, C_error = _outputs(exact, applied, read, A, A_error, B)
-    error = max(_column_error(A_error, A, evaluator.scale[free]), _relative(C_error, C))
+    column_error = _column_error(A_error, A, evaluator.scale[free], equations.accelerations_size)
+    error = max(column_error, _relative(C_error, C))
     if error > WORST:
         raise SimulationError(
             f"cannot linearise: the derivatives are accurate to {error:.0e} of their largest only, which is above "
@@ -238,15 +239,17 @@ class Recovered:
             return np.full(len(self.read), np.nan)
 
 
-def _column_error(error: np.ndarray, of: np.ndarray, scale: np.ndarray) -> float:
+def _column_error(error: np.ndarray, of: np.ndarray, scale: np.ndarray, made_of: np.ndarray | float = 0.0) -> float:
     """Return the largest error of accelerations by coordinates and speeds (n, 2 n), relative to its column.
 
     Coordinates are counted in their scales. A column that is smaller than `NEGLIGIBLE` of what the fastest motion makes
-    counts as that.
+    counts as that. So does one in which forces cancel, `made_of` (n, n) being what they could make one by one.
     """
     n = len(of)
     size = np.abs(of) * np.tile(scale, 2) / scale[:, None]
-    rate = max(np.sqrt(size[:, :n].max(initial=0.0)), size[:, n:].max(initial=0.0), SLOWEST)
+    cancelled = (made_of + np.zeros((n, n))) * scale / scale[:, None]
+    fastest = max(size[:, :n].max(initial=0.0), cancelled.max(initial=0.0))
+    rate = max(np.sqrt(fastest), size[:, n:].max(initial=0.0), SLOWEST)
     least = NEGLIGIBLE * np.repeat([rate**2, rate], n)
     columns = np.maximum(size.max(axis=0, initial=0.0), least)
     return float((error * np.tile(scale, 2) / scale[:, None] / columns).max(initial=0.0))

@@ -43,7 +43,10 @@ class Roots:
 
 @dataclass(frozen=True)
 class Tangent:
-    """``x' = N x + u`` and ``M u' + D u + K x = 0``, all (n, n), with the estimated errors of D and K."""
+    """``x' = N x + u`` and ``M u' + D u + K x = 0``, all (n, n), with the estimated errors of D and K.
+
+    `K_size` is the sum of the absolute values that make K.
+    """
 
     N: np.ndarray
     M: np.ndarray
@@ -51,6 +54,7 @@ class Tangent:
     K: np.ndarray
     D_error: np.ndarray
     K_error: np.ndarray
+    K_size: np.ndarray | float = 0.0
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         """Return the accelerations under generalised forces (n, k).
@@ -72,6 +76,11 @@ class Tangent:
         """A bound of their errors, to first order (n, 2 n): those estimated and round-off."""
         error = np.hstack([self.K_error + EPS * np.abs(self.K), self.D_error + EPS * np.abs(self.D)])
         return np.abs(self.solve(np.eye(len(self.M)))) @ error
+
+    @property
+    def accelerations_size(self) -> np.ndarray:
+        """What the forces that make K could accelerate, one by one (n, n)."""
+        return np.abs(self.solve(np.eye(len(self.M)))) @ (np.zeros_like(self.M) + self.K_size)
 
     @cached_property
     def _factor(self) -> tuple[np.ndarray, bool]:
@@ -138,8 +147,9 @@ class SystemTangent:
         self.motion = loading.motion.copy()
         system = evaluator.system.with_masses_at(evaluator.t)
         self.tree = TreeTangent(system, evaluator.packed, chart.y, udot, self.motion, evaluator.t)
-        for load in registry.tangents(self.tree.scene):
-            self.tree.add(load)
+        if system.loads or system.orbit:
+            for load in registry.tangents(self.tree.scene):
+                self.tree.add(load)
         self.tree.add_joint_elements(loading.slope)
         self.speeds_x = np.zeros_like(chart.R)
         self.accelerations_x = np.zeros_like(chart.R)
@@ -199,21 +209,19 @@ class SystemTangent:
         """Return the matrices in the independent coordinates; N as in `linearise`."""
         R, found, scale = self.chart.R, self.found, self.chart.evaluator.scale
         K, D = self.K, found.D
-        K_error = ROUND_OFF * EPS * (found.size[:, None] / scale + found.stiffness)
+        K_size = found.size[:, None] / scale + found.stiffness
+        K_error = ROUND_OFF * EPS * K_size
         D_error = np.zeros_like(D)
         if self.called is not None:
             K_off, D_off = np.hsplit(self.called[1], 2)
             D, K_error, D_error = D - np.hsplit(self.called[0], 2)[1], K_error + K_off, D_error + D_off
-        across = np.abs(R)
-        M = R.T @ found.M @ R
-        return Tangent(
-            N=N,
-            M=(M + M.T) / 2,
-            D=R.T @ (D @ R + found.M @ self.accelerations_u),
-            K=R.T @ (K @ R + D @ self.speeds_x + found.M @ self.accelerations_x),
-            D_error=across.T @ D_error @ across,
-            K_error=across.T @ K_error @ across,
-        )
+        M = found.M
+        if len(self.chart.dependent):
+            K = R.T @ (K @ R + D @ self.speeds_x + M @ self.accelerations_x)
+            D = R.T @ (D @ R + M @ self.accelerations_u)
+            M = R.T @ M @ R
+            K_error, D_error, K_size = (np.abs(R).T @ each @ np.abs(R) for each in (K_error, D_error, K_size))
+        return Tangent(N=N, M=(M + M.T) / 2, D=D, K=K, D_error=D_error, K_error=K_error, K_size=K_size)
 
 
 def roots(t: Tangent) -> Roots:

@@ -7,7 +7,7 @@ change, the columns (J, dV, b) of the next frame are those of the last one, take
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -21,9 +21,18 @@ from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.reference.equations import RELATIVE, ground_spin
-from modalprep.multibody.tangents.bodies import BodyForce, body_force
-from modalprep.multibody.tangents.interfaces import interface_motion
-from modalprep.multibody.tangents.spatial import motion_cross, shift, turned_wrench
+from modalprep.multibody.tangents.bodies import body_force
+from modalprep.multibody.tangents.interfaces import Shapes, curvature, interface_motion
+from modalprep.multibody.tangents.spatial import (
+    Tangents,
+    add_rows,
+    carried,
+    inertia_columns,
+    inward,
+    motion_cross,
+    shift,
+    single_axis_way,
+)
 from modalprep.vectors import cross, on_both, skew
 
 ONE = np.eye(3)
@@ -83,21 +92,65 @@ class Crossing(NamedTuple):
     X: np.ndarray  # (6, 6)
     partial: np.ndarray  # (6, k) axes of the next frame
     own: slice
-    curvature: Callable[[np.ndarray], np.ndarray] | None = None
+    shapes: Shapes | None = None  # of an interface of a body with modes
 
 
-class Tangents(NamedTuple):
-    """Forces of inverse dynamics (nu,), and their derivatives (nu, nu) by accelerations, speeds and coordinates.
+class LinkConstants(NamedTuple):
+    """What the way to a link has that does not move; axes of the bodies."""
 
-    `size` (nu,) and `stiffness` (nu, nu) are sums of the absolute values of what makes forces and K: for round-off.
-    """
+    parent: int  # link, -1 the ground
+    interface: int
+    flexible: bool  # whether the parent's interface moves on its body
+    file: str  # of `RELATIVE`
+    prescribed: bool
+    along: float
+    about: float
+    coordinates: slice
+    speeds: slice
+    modal: slice  # modal coordinates
+    modes: slice  # modal speeds
+    base: np.ndarray  # (3, 3) axes of the joint to those of the last frame
+    back: np.ndarray  # (3, 3) axes of the link to those of the joint
+    arm: np.ndarray  # (3,) from the last frame, its axes
+    S: np.ndarray  # (6, k) directions of the joint's rates
+    partial: np.ndarray  # (6, k) those of its speeds, none of a prescribed joint
 
-    force: np.ndarray
-    M: np.ndarray
-    D: np.ndarray
-    K: np.ndarray
-    size: np.ndarray
-    stiffness: np.ndarray
+
+def link_constants(packed: Packed, carried: Sequence[FlexibleBody | None]) -> list[LinkConstants]:
+    """Return them of all links; the directions of joints are constant in the axes of their links."""
+    found = []
+    for i, row in enumerate(packed.model.links):
+        kind, parent = KINDS[row["joint"]], int(row["parent"])
+        grounded = parent == len(packed.links)
+        body = None if grounded else carried[parent]
+        flexible = bool(body is not None and body.n)
+        align, back = np.eye(3) if grounded else packed.align(parent), packed.align(i).T
+        prescribed = row["joint"] == PRESCRIBED
+        file = "single_axis" if prescribed else kind.file
+        x, u, xq, uq, modes = (int(row[name]) for name in ("x", "u", "xq", "uq", "modes"))
+        at_rest = np.array([1.0, 0, 0, 0]) if kind.quaternion == 0 else np.array([0, 0, 0, 1.0, 0, 0, 0])
+        S = on_both(back.T) @ RELATIVE[file](row, at_rest, np.zeros(6 if file == "free" else 3)).S
+        found.append(
+            LinkConstants(
+                parent=-1 if grounded else parent,
+                interface=int(row["interface"]),
+                flexible=flexible,
+                file=file,
+                prescribed=prescribed,
+                along=float(row["along"]),
+                about=float(row["about"]),
+                coordinates=slice(x, x + kind.coordinates),
+                speeds=slice(u, u + kind.speeds),
+                modal=slice(xq, xq + modes),
+                modes=slice(uq, uq + modes),
+                base=align @ row["rotation"].reshape(3, 3),
+                back=back,
+                arm=np.zeros(3) if flexible else np.array(align @ row["arm"]),
+                S=S,
+                partial=S[:, : kind.speeds],
+            )
+        )
+    return found
 
 
 class TreeTangent:
@@ -146,44 +199,34 @@ class TreeTangent:
         self.ways: list[tuple[Crossing, ...]] = []
         self.interfaces: dict[tuple[int, int], tuple[Moving, tuple[Crossing, ...]]] = {}
         self.carried = [system.bodies[link.body] if link.body else None for link in packed.links]
-        self.rows = packed.model.links
+        self.constants = packed.kept("ways", lambda: link_constants(packed, self.carried))
         for i in range(len(packed.links)):
             self._outward(i)
         self.wrench = np.zeros((len(self.links), 6))
         self.sizes = np.zeros((len(self.links), 6))  # sums of absolute values
         self.wrench_columns = np.zeros((len(self.links), 6, 3 * nu))  # by coordinates, speeds, accelerations
-        self.inertia = [self._inertia(i) for i in range(len(self.links))]
+        for i in range(len(self.links)):
+            self._add_inertia(i)
 
     def _outward(self, i: int) -> None:
         """Find the motion of link i."""
-        row = self.rows[i]
-        frame, way, arm = self.ground, (), row["arm"]
-        align = ONE
-        if row["parent"] < len(self.packed.links):
-            frame, way, arm = self._attached(int(row["parent"]), int(row["interface"]), arm)
-            align = self.packed.align(row["parent"])
-        u = int(row["u"])
-        kind = KINDS[row["joint"]]
-        own_x = self.y[row["x"] : row["x"] + kind.coordinates]
-        own, rate, growth = slice(u, u + kind.speeds), self.y[self.packed.nx :], self.udot
-        rate, growth = rate[own], growth[own]
-        if row["joint"] == PRESCRIBED:
-            own_x, rate, growth = (self.motion[i, k : k + 1] for k in range(3))
-        file = "single_axis" if row["joint"] == PRESCRIBED else kind.file
-        moved = RELATIVE[file](row, own_x, rate)
-        base, back = align @ row["rotation"].reshape(3, 3), self.packed.align(i).T
-        turn, place = base @ moved.turn @ back, arm + base @ moved.place
-        S = on_both(back.T) @ moved.S
-        crossing = Crossing(shift(turn, place), S[:, : kind.speeds], own)
-        self.links.append(self._moved(frame, turn, place, crossing, S @ rate, S @ growth))
+        own = self.constants[i]
+        frame, way = (self.ground, ()) if own.parent < 0 else (self.links[own.parent], ())
+        if own.flexible:
+            frame, way = self.interface(own.parent, own.interface)
+        rate, growth = self.y[self.packed.nx :][own.speeds], self.udot[own.speeds]
+        x = self.y[own.coordinates]
+        if own.prescribed:
+            x, rate, growth = (self.motion[i, k : k + 1] for k in range(3))
+        if own.file == "single_axis":
+            turn, place, X = single_axis_way(own.base, own.back, own.arm, own.along, own.about, float(x[0]))
+        else:
+            moved = RELATIVE[own.file](self.packed.model.links[i], x, rate)
+            turn, place = own.base @ moved.turn @ own.back, own.arm + own.base @ moved.place
+            X = shift(turn, place)
+        crossing = Crossing(X, own.partial, own.speeds)
+        self.links.append(self._moved(frame, turn, place, crossing, own.S @ rate, own.S @ growth))
         self.ways.append((*way, crossing))
-
-    def _attached(self, link: int, node: int, arm: np.ndarray) -> tuple[Moving, tuple[Crossing, ...], np.ndarray]:
-        """Return the frame on a link that carries another one, the way to it, and the arm that is left."""
-        body = self.carried[link]
-        if body is not None and body.n:
-            return *self.interface(link, node), np.zeros(3)
-        return self.links[link], (), self.packed.align(link) @ arm
 
     def interface(self, link: int, node: int) -> tuple[Moving, tuple[Crossing, ...]]:
         """Return the motion of an interface of a link's body, in axes of the interface, and the way to it."""
@@ -200,7 +243,7 @@ class TreeTangent:
             none = np.zeros(6)
             return self._moved(frame, ONE, r, crossing, none, none), (crossing,)
         at = interface_motion(body, node, self.modal(link))
-        crossing = Crossing(shift(at.R, at.r), at.partial, self._modes(link), at.curvature)
+        crossing = Crossing(shift(at.R, at.r), at.partial, self.constants[link].modes, at.shapes)
         own = at.twist_q, at.rate_q, at.rate_qd
         return self._moved(frame, at.R, at.r, crossing, at.twist, at.rate, own), (crossing,)
 
@@ -217,13 +260,8 @@ class TreeTangent:
 
     def modal(self, link: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, q' and q'' of a link's body."""
-        x, own = int(self.rows[link]["xq"]), self._modes(link)
-        n = own.stop - own.start
-        return self.y[x : x + n], self.y[self.packed.nx :][own], self.udot[own]
-
-    def _modes(self, link: int) -> slice:
-        first = int(self.rows[link]["uq"])
-        return slice(first, first + int(self.rows[link]["modes"]))
+        own = self.constants[link]
+        return self.y[own.modal], self.y[self.packed.nx :][own.modes], self.udot[own.modes]
 
     def _moved(
         self,
@@ -239,49 +277,30 @@ class TreeTangent:
 
         `own` has the derivatives of these: of the velocity by the coordinates, of the rate by coordinates and speeds.
         """
-        V, a = way.X @ frame.V, way.X @ frame.a
-        columns = way.X @ frame.columns
-        turn = motion_cross(V)
-        V_next = V + twist
-        S = way.partial
-        if S.shape[1]:
-            V_q, a_q, a_qd = own or (0.0, 0.0, 0.0)
-            V_x = turn @ S + V_q
-            a_x = motion_cross(a) @ S + a_q - motion_cross(twist) @ (turn @ S) + turn @ (V_x - turn @ S)
-            onward = motion_cross(V_next)
-            for k, part in enumerate((S, V_x, a_x + onward @ V_x, turn @ S + a_qd + onward @ S)):
-                columns[:, k * self.nu + way.own.start : k * self.nu + way.own.stop] = part
-        return Moving(frame.R @ R, frame.p + frame.R @ r, V_next, a + rate + turn @ twist, columns)
+        S, first = way.partial, way.own.start
+        none = np.zeros_like(S)
+        found = carried(way.X, frame.V, frame.a, frame.columns, twist, rate, S, first, *(own or (none, none, none)))
+        return Moving(frame.R @ R, frame.p + frame.R @ r, *found)
 
-    def _inertia(self, i: int) -> BodyForce | None:
+    def _add_inertia(self, i: int) -> None:
         body, frame = self.carried[i], self.links[i]
         if body is None:
-            return None
+            return
         v, w = frame.V[:3], frame.V[3:]
-        own = body_force(body, w, frame.a + np.concatenate([cross(w, v), np.zeros(3)]), self.modal(i))
-        by_x, by_u = (
-            own.mass[:, :6] @ slopes + own.by_spin @ spin
-            for slopes, spin in zip(frame.acceleration_slopes(), (frame.V_x[3:], frame.J[3:]), strict=True)
-        )
-        columns = np.hstack([by_x, by_u, own.mass[:, :6] @ frame.J])
-        modes = self._modes(i)
-        for k, part in enumerate((own.by_q, own.by_qd, own.mass[:, 6:])):
-            columns[:, k * self.nu + modes.start : k * self.nu + modes.stop] += part
+        A = frame.a.copy()
+        A[:3] += cross(w, v)
+        own = body_force(body, w, A, self.modal(i))
+        first = self.constants[i].modes.start
+        columns = inertia_columns(frame.V, frame.columns, own.by_spin, own.mass, own.by_q, own.by_qd, first)
         self.add_to_body(i, own.force, columns)
-        return own
 
     def add_to_body(self, link: int, force: np.ndarray, columns: np.ndarray) -> None:
         """Add a force (6 + n,) of a link's body at its origin, its axes, and its derivatives (6 + n, 3 nu)."""
         self.wrench[link] += force[:6]
         self.sizes[link] += np.abs(force[:6])
         self.wrench_columns[link] += columns[:6]
-        self._add_rows(self._modes(link), force[6:], np.abs(force[6:]), columns[6:])
-
-    def _add_rows(self, rows: slice, force: np.ndarray, size: np.ndarray, columns: np.ndarray) -> None:
-        self.found.force[rows] += force
-        self.found.size[rows] += size
-        for k, matrix in enumerate((self.found.K, self.found.D, self.found.M)):
-            matrix[rows] += columns[:, k * self.nu : (k + 1) * self.nu]
+        own = force[6:]
+        add_rows(self.constants[link].modes.start, own, np.abs(own), columns[6:], self.found)
 
     def add_to_interface(self, link: int, node: int, wrench: np.ndarray, columns: np.ndarray) -> None:
         """Add a wrench (6,) on an interface, its axes, and its derivatives (6, 3 nu)."""
@@ -292,15 +311,10 @@ class TreeTangent:
         self, link: int, way: tuple[Crossing, ...], w: np.ndarray, size: np.ndarray, columns: np.ndarray
     ) -> None:
         """Take a wrench along a way, from its end, to a link; -1: the ground."""
-        for crossing in reversed(way):
-            S, own = crossing.partial, crossing.own
-            if S.shape[1]:
-                self._add_rows(own, S.T @ w, np.abs(S.T) @ size, S.T @ columns)
-                if crossing.curvature is not None:
-                    self.found.K[own, own] += crossing.curvature(w)
-                columns = columns.copy()
-                columns[:, own] += turned_wrench(w) @ S
-            w, size, columns = crossing.X.T @ w, np.abs(crossing.X.T) @ size, crossing.X.T @ columns
+        for X, S, own, shapes in reversed(way):
+            if shapes is not None:
+                self.found.K[own, own] += curvature(shapes, w)
+            w, size, columns = inward(X, S, own.start, w, size, columns, self.found)
         if link >= 0:
             self.wrench[link] += w
             self.sizes[link] += size
@@ -317,7 +331,7 @@ class TreeTangent:
         q, qd, _ = self.modal(i)
         V = frame.V - self._carried(frame)
         A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), np.zeros(3)])
-        return BodyState(frame.R, frame.p, V, frame.J, A, self.body_of(i), q, qd, self._modes(i))
+        return BodyState(frame.R, frame.p, V, frame.J, A, self.body_of(i), q, qd, self.constants[i].modes)
 
     def _carried(self, frame: Moving) -> np.ndarray:
         """Return the velocity (6,) of the ground where a frame is, in its axes."""
@@ -384,7 +398,7 @@ class TreeTangent:
 
     def _add_body(self, load: BodySlopes) -> None:
         i = self.packed.link_of(load.body)
-        frame, modes = self.links[i], self._modes(i)
+        frame, modes = self.links[i], self.constants[i].modes
         n = 6 + modes.stop - modes.start
         by_rate, by_acceleration = (X + np.zeros((n, 6)) for X in (load.by_rate, load.by_acceleration))
         seen = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
@@ -402,7 +416,5 @@ class TreeTangent:
     def finish(self) -> Tangents:
         """Return the derivatives of the forces that the accelerations need beyond what was added."""
         for i in range(len(self.links) - 1, -1, -1):
-            parent = int(self.rows[i]["parent"])
-            link = -1 if parent == len(self.links) else parent
-            self._inward(link, self.ways[i], self.wrench[i], self.sizes[i], self.wrench_columns[i])
+            self._inward(self.constants[i].parent, self.ways[i], self.wrench[i], self.sizes[i], self.wrench_columns[i])
         return self.found

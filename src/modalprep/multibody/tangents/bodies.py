@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import AffinePart, Deflected, affine_part, assembled, cross_moment, rest_coordinates
-from modalprep.multibody.tangents.displacement import displacement
+from modalprep.body.mass import affine_part, rigid_mass_matrix
+from modalprep.multibody.tangents.displacement import curvature, displacement
+from modalprep.multibody.tangents.spatial import skewed
 from modalprep.vectors import skew
 
 AXES = skew(np.eye(3))  # (3, 3, 3) e_k~
@@ -28,6 +29,30 @@ class BodyForce(NamedTuple):
     by_qd: np.ndarray  # (6 + n, n)
 
 
+class Constants(NamedTuple):
+    """A body with modes: `AffinePart` of body/mass.py with component ``4 a + r`` of axis a and function r."""
+
+    p0: np.ndarray  # (3, 4)
+    B: np.ndarray  # (12, n)
+    D: np.ndarray  # (12, n, n)
+    e: np.ndarray  # (12,) strain
+    P: np.ndarray  # (9, n, n)
+    M: np.ndarray  # (n, n)
+    c: np.ndarray  # (n, n, n), empty without T
+    stiffness: np.ndarray  # (n,)
+    damping: np.ndarray  # (n,)
+    root_mass: float
+
+
+@lru_cache(maxsize=256)  # bodies compare by identity
+def _constants(body: FlexibleBody) -> Constants:
+    part, n = affine_part(body), body.n
+    B, D = part.B.reshape(12, n), part.Kg_p.reshape(12, n, n)
+    arrays = (part.p0, B, D, part.strain.ravel(), part.P_rest.reshape(9, n, n), part.M_rest, part.c)
+    own = [np.array(x, dtype=float, order="C") for x in (*arrays, body.K, body.D)]
+    return Constants(*own, root_mass=float(part.root_mass))
+
+
 def body_force(body: FlexibleBody, w: np.ndarray, A: np.ndarray, motion: tuple) -> BodyForce:
     """Return the forces of a body whose origin accelerates by ``A (6,)``, with q, q' and q''.
 
@@ -44,33 +69,23 @@ def body_force(body: FlexibleBody, w: np.ndarray, A: np.ndarray, motion: tuple) 
     >>> found.force[:6].round(9)
     array([ 0., 12.,  0.,  0.,  0., 60.])
     """
-    return _flexible(body, w, A, motion) if body.n else _rigid(body, w, A)
+    return _flexible(_constants(body), w, A, *motion) if body.n else _rigid(_rigid_mass(body), w, A)
 
 
-def _rigid(body: FlexibleBody, w: np.ndarray, A: np.ndarray) -> BodyForce:
-    s, J = body.s0, np.trace(body.E0) * np.eye(3) - body.E0
-    mass = np.block([[body.m * np.eye(3), -skew(s)], [skew(s), J]])
-    W = skew(w)
-    force = mass @ A + np.concatenate([W @ W @ s, W @ J @ w])
-    by_spin = np.vstack([-skew(W @ s) - W @ skew(s), W @ J - skew(J @ w)])
+@lru_cache(maxsize=256)
+def _rigid_mass(body: FlexibleBody) -> np.ndarray:
+    return rigid_mass_matrix(body.m, body.s0, body.E0)
+
+
+def _rigid(mass: np.ndarray, w: np.ndarray, A: np.ndarray) -> BodyForce:
+    """Return `body_force` of a body without modes."""
+    W, C, J = skewed(w), mass[3:, :3], mass[3:, 3:]
+    Ws = -(C @ w)
+    force, by_spin = mass @ A, np.empty((6, 3))
+    force[:3] += W @ Ws
+    force[3:] += W @ (J @ w)
+    by_spin[:3], by_spin[3:] = -skewed(Ws) - W @ C, W @ J - skewed(J @ w)
     return BodyForce(force, mass, by_spin, np.zeros((6, 0)), np.zeros((6, 0)))
-
-
-@lru_cache(maxsize=256)  # bodies compare by identity
-def _part(body: FlexibleBody) -> AffinePart:
-    return affine_part(body)
-
-
-def _flexible(body: FlexibleBody, w: np.ndarray, A: np.ndarray, motion: tuple) -> BodyForce:
-    part = _part(body)
-    field = A[:3], skew(A[3:]) + skew(w) @ skew(w), skew(w)
-    affine, rest = _affine(part, field, motion), _rest(part, field, motion)
-    force = affine.force + rest.force
-    force[6:] += body.K * motion[0] + body.D * motion[1]
-    by_q, by_qd = affine.by_q + rest.by_q, affine.by_qd + rest.by_qd
-    by_q[6:] += np.diag(body.K)
-    by_qd[6:] += np.diag(body.D)
-    return BodyForce(force, affine.mass + rest.mass, affine.by_spin + rest.by_spin, by_q, by_qd)
 
 
 def field_slopes(body: FlexibleBody, g: np.ndarray, gradient: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -84,80 +99,110 @@ def field_slopes(body: FlexibleBody, g: np.ndarray, gradient: np.ndarray, q: np.
     >>> bool(np.allclose(found[:3, 0], -body.S[:, 0]))
     True
     """
-    part, field, none = _part(body), (g, gradient, np.zeros((3, 3))), np.zeros(len(q))
-    return _affine(part, field, (q, none, none)).by_q + _rest(part, field, (q, none, none)).by_q
+    none, constants = np.zeros(len(q)), _constants(body)
+    affine = _affine(constants, g, gradient, np.zeros((3, 3)), q, none, none)
+    return affine.by_q + _rest(constants, gradient, np.zeros((3, 3)), q, none, none).by_q
 
 
-def _affine(part: AffinePart, field: tuple, motion: tuple) -> BodyForce:
+def _flexible(
+    part: Constants, w: np.ndarray, A: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
+) -> BodyForce:
+    """Return `body_force` of a body with modes."""
+    W = skewed(w)
+    S = skewed(A[3:]) + W @ W
+    affine = _affine(part, A[:3], S, W, q, qd, qdd)
+    found = BodyForce(*map(np.add, affine, _rest(part, S, W, q, qd, qdd)))
+    found.force[6:] += part.stiffness * q + part.damping * qd
+    modes = np.arange(len(q))
+    found.by_q[6 + modes, modes] += part.stiffness
+    found.by_qd[6 + modes, modes] += part.damping
+    return found
+
+
+def _affine(
+    part: Constants, a: np.ndarray, S: np.ndarray, W: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
+) -> BodyForce:
     """Return what the particles ``p_r(q)`` of the affine part do.
 
-    A particle at x in the body accelerates by ``a + S x + 2 W x' + x''``; the field is a, S, W.
+    A particle at x in the body accelerates by ``a + S x + 2 W x' + x''``. The rows of `onto` are their partial
+    velocities, so that the mass matrix is its product with itself.
     """
-    n = part.B.shape[2]
-    moved = displacement(part.B.reshape(12, n), part.Kg_p.reshape(12, n, n), part.strain.ravel(), motion)
-    p, pd = part.p0 + moved.p.reshape(3, 4), moved.rate.reshape(3, 4)
-    dp = moved.dp.reshape(3, 4, n)
-    a, S, W = field
-    rate_q, turned = moved.rate_q.reshape(3, 4 * n), moved.dp.reshape(3, 4 * n)
-    acc = S @ p + 2 * W @ pd + moved.acceleration.reshape(3, 4)
-    acc[:, 0] += part.root_mass * a
-    acc_q = (S @ turned + 2 * W @ rate_q).reshape(12, n) + moved.acceleration_q
-    acc_qd = 2 * (W @ turned).reshape(12, n) + moved.acceleration_qd
-    acc_w = np.stack([-skew(W @ x) - W @ skew(x) - 2 * skew(v) for x, v in zip(p.T, pd.T, strict=True)], 1)
-    acc_w = acc_w.reshape(12, 3)
-    onto = np.vstack([np.zeros((3, 12)), np.stack([skew(x) for x in p.T], 2).reshape(3, 12), moved.dp.T])
-    onto[[0, 1, 2], [0, 4, 8]] = part.root_mass
-    by_q = onto @ acc_q
-    by_q[3:6] -= np.einsum("rac,crn->an", np.stack([skew(x) for x in acc.T]), dp)
-    by_q[6:] += moved.curvature(acc.ravel())
-    at = np.zeros((n, n))
-    moments = Deflected(p, dp, part.root_mass * p[:, 0], p @ p.T, part.root_mass * dp[:, 0], *_products(p, dp), at, at)
-    mass = assembled(part.root_mass**2, moments)
-    return BodyForce(onto @ acc.ravel(), mass, onto @ acc_w, by_q, onto @ acc_qd)
-
-
-def _products(p: np.ndarray, dp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``dp_a.p_b (3, 3, n)`` and ``dp.dp (n, n)``."""
-    flat = dp.reshape(12, -1)
-    return np.einsum("arn,br->abn", dp, p), flat.T @ flat
-
-
-def _rest(part: AffinePart, field: tuple, motion: tuple) -> BodyForce:
-    """Return what the rest of the motion, ``phi' eta(q)``, does; arguments as `_affine`."""
-    q, qd, qdd = motion
     n = len(q)
-    eta, slope = rest_coordinates(part, q)
-    growing, rising = (part.c @ qd, part.c @ qdd) if part.c.size else np.zeros((2, n, n))
+    moved = displacement(part.B, part.D, part.e, q, qd, qdd)
+    p, pd = part.p0 + moved.p.reshape(3, 4), moved.rate.reshape(3, 4)
+    acc = S @ p + 2.0 * (W @ pd) + moved.acceleration.reshape(3, 4)
+    acc[:, 0] += part.root_mass * a
+    turned, turning = moved.dp.reshape(3, 4 * n), moved.rate_q.reshape(3, 4 * n)
+    acc_q = (S @ turned + 2.0 * (W @ turning)).reshape(12, n) + moved.acceleration_q
+    acc_qd = 2.0 * (W @ turned).reshape(12, n) + moved.acceleration_qd
+    Wp = W @ p
+    onto, acc_w, across = np.zeros((6 + n, 12)), np.zeros((12, 3)), np.zeros((3, 12))
+    for r in range(4):
+        P = skewed(p[:, r])
+        onto[3:6, r::4] = P
+        across[:, r::4] = skewed(acc[:, r])
+        acc_w[r::4] = -(W @ P) - skewed(Wp[:, r]) - 2.0 * skewed(pd[:, r])
+    for c in range(3):
+        onto[c, 4 * c] = part.root_mass
+    onto[6:] = moved.dp.T
+    by_q = onto @ acc_q
+    by_q[3:6] -= across @ moved.dp
+    forces = acc.reshape(12)
+    by_q[6:] += curvature(moved.bent, forces)
+    return BodyForce(onto @ forces, onto @ onto.T, onto @ acc_w, by_q, onto @ acc_qd)
+
+
+def _moment(X: np.ndarray) -> np.ndarray:
+    """Return the torque (3, k) of ``int x_b f_a`` in row ``3 a + b`` of X (9, k)."""
+    return X[[7, 2, 3]] - X[[5, 6, 1]]
+
+
+def _flipped(X: np.ndarray) -> np.ndarray:
+    """Return rows ``3 b + a`` of X (9, k) as rows ``3 a + b``."""
+    return X.reshape(3, 3, -1).swapaxes(0, 1).reshape(9, -1)
+
+
+def _left(S: np.ndarray, X: np.ndarray) -> np.ndarray:
+    """Return ``S_ac X_cb`` of rows ``3 c + b`` of X (9, k), in rows ``3 a + b``."""
+    k = X.shape[1]
+    return (S @ X.reshape(3, 3 * k)).reshape(9, k)
+
+
+def _rest(part: Constants, S: np.ndarray, W: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> BodyForce:
+    """Return what the rest of the motion, ``phi' eta(q)``, does; arguments as `_affine`."""
+    n = len(q)
+    slope, growing, rising = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
+    eta = q.copy()
+    if part.c.size > 0:
+        by_rows = part.c.reshape(n * n, n)
+        bent, growing, rising = ((by_rows @ z).reshape(n, n) for z in (q, qd, qdd))
+        slope += bent
+        eta += 0.5 * (bent @ q)
     etad, etadd = slope @ qd, slope @ qdd + growing @ qd
-    _, S, W = field
-    P = part.P_rest
-    Pe, Pd, Pdd = P @ eta, P @ etad, P @ etadd  # (3, 3, n)
-    by_eta, by_etad = (np.tensordot(X, P, 2) for X in (S, 2 * W))  # (n, n)
-    modal = by_eta @ eta + by_etad @ etad + part.M_rest @ etadd
-    X, Xd, Xdd = Pe @ eta, Pe @ etad, Pe @ etadd  # int x'_a x_b, its rates by the first
-    torque = cross_moment(S @ X + 2 * W @ Xd + Xdd)
-    flip = Pe.transpose(1, 0, 2)
-    across = np.tensordot(S, Pe + flip, 1) + np.tensordot(2 * W, Pd.transpose(1, 0, 2), 1) + Pdd.transpose(1, 0, 2)
-    T_eta, T_etad, T_etadd = map(cross_moment, (across, np.tensordot(2 * W, Pe, 1), Pe))
-    onto_q = slope.T
-    by_q = np.zeros((6 + n, n))
-    by_qd = np.zeros((6 + n, n))
+    rows, flat = part.P.reshape(9 * n, n), part.P.reshape(9, n * n)
+    Pe, Pd, Pdd = ((rows @ z).reshape(9, n) for z in (eta, etad, etadd))
+    by_eta, by_etad = ((Z.reshape(9) @ flat).reshape(n, n) for Z in (S, 2.0 * W))
+    modal = by_eta @ eta + by_etad @ etad + part.M @ etadd
+    X, Xd, Xdd = ((Pe @ z).reshape(9, 1) for z in (eta, etad, etadd))
+    across = _left(S, Pe + _flipped(Pe)) + 2.0 * _left(W, _flipped(Pd)) + _flipped(Pdd)
+    T_eta, T_etad, T_etadd = _moment(across), 2.0 * _moment(_left(W, Pe)), _moment(Pe)
+    by_q, by_qd = np.zeros((2, 6 + n, n))
+    by_spin, mass = np.zeros((6 + n, 3)), np.zeros((6 + n, 6 + n))
     by_q[3:6] = T_eta @ slope + T_etad @ growing + T_etadd @ rising
-    by_qd[3:6] = T_etad @ slope + 2 * T_etadd @ growing
-    by_q[6:] = onto_q @ (by_eta @ slope + by_etad @ growing + part.M_rest @ rising)
-    by_qd[6:] = onto_q @ (by_etad @ slope + 2 * part.M_rest @ growing)
-    if part.c.size:
-        by_q[6:] += np.tensordot(modal, part.c, 1)
-    by_spin = np.zeros((6 + n, 3))
-    for k, axis in enumerate(AXES):
+    by_qd[3:6] = T_etad @ slope + 2.0 * (T_etadd @ growing)
+    by_q[6:] = slope.T @ (by_eta @ slope + by_etad @ growing + part.M @ rising)
+    by_qd[6:] = slope.T @ (by_etad @ slope + 2.0 * (part.M @ growing))
+    if part.c.size > 0:
+        by_q[6:] += (modal @ part.c.reshape(n, n * n)).reshape(n, n)
+    for k in range(3):
+        axis = AXES[k]
         turning = axis @ W + W @ axis
-        by_spin[3:6, k] = cross_moment(turning @ X + 2 * axis @ Xd)
-        by_spin[6:, k] = onto_q @ (np.tensordot(turning, Pe, 2) + 2 * np.tensordot(axis, Pd, 2))
-    force = np.concatenate([np.zeros(3), torque, onto_q @ modal])
-    return BodyForce(force, _rest_mass(part, X, Pe, slope), by_spin, by_q, by_qd)
-
-
-def _rest_mass(part: AffinePart, E: np.ndarray, Pe: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    none = np.zeros((3, len(slope)))
-    L, M_ff = Pe @ slope, slope.T @ part.M_rest @ slope
-    return assembled(0.0, Deflected(none, none, np.zeros(3), E, none, L, M_ff, none, none))
+        by_spin[3:6, k] = _moment(_left(turning, X) + 2.0 * _left(axis, Xd))[:, 0]
+        by_spin[6:, k] = slope.T @ (turning.reshape(9) @ Pe + 2.0 * (axis.reshape(9) @ Pd))
+    force = np.zeros(6 + n)
+    force[3:6] = _moment(_left(S, X) + 2.0 * _left(W, Xd) + Xdd)[:, 0]
+    force[6:] = slope.T @ modal
+    E, C = X.reshape(3, 3), T_etadd @ slope
+    mass[3:6, 3:6] = (E[0, 0] + E[1, 1] + E[2, 2]) * np.eye(3) - E
+    mass[3:6, 6:], mass[6:, 3:6], mass[6:, 6:] = C, C.T, slope.T @ part.M @ slope
+    return BodyForce(force, mass, by_spin, by_q, by_qd)
