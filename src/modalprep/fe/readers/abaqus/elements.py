@@ -154,6 +154,7 @@ def elements(deck: Deck, block: Block) -> None:
     if block.numbers and (keys := add_many(deck, block, block.numbers, given, known)) is not None:
         if block.options.get("ELSET"):
             deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, keys))
+        block.numbers = None  # their memory is free
         return
     for row in _joined(block.rows, count + 1):
         label = _add(deck, row, block.scope, given, known, count)

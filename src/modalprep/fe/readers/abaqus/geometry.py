@@ -50,6 +50,7 @@ def nodes(deck: Deck, block: Block) -> None:
     members = deck.members("NSET", block.scope, block.options["NSET"]) if block.options.get("NSET") else []
     if block.numbers and (labels := _many(deck, block, block.numbers, kind)) is not None:
         members.append((block.scope, labels))
+        block.numbers = None  # their memory is free
         return
     for row in block.rows:
         label = label_of(row, 0, "node")

@@ -34,6 +34,7 @@ def node_or_element_set(deck: Deck, block: Block) -> None:
     if block.numbers and "GENERATE" not in block.options and not (block.numbers.values < 0).any():
         values = block.numbers.values
         members.append((scope, values[~np.isnan(values)].astype(int)))
+        block.numbers = None  # their memory is free
         return
     for row in block.rows:
         fields = [f for f in row.fields if f]
