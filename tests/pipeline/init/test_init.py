@@ -213,6 +213,14 @@ def test_nothing_to_hold(tmp_path, capsys):
     assert "no interface was found" in (tmp_path / "a.toml").read_text()
 
 
+@pytest.mark.parametrize("name", ["beam.msh", "beam.fem"])
+def test_a_folder_is_no_file(project, tmp_path, capsys, name):
+    export_body(uniform_beam(modes=1), "mbdyn", tmp_path / "beam.fem")
+    (tmp_path / "beam.msh").write_bytes((project / "meshes" / "beam.msh").read_bytes())
+    assert main(["init", str(tmp_path / name), "-o", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"modalprep: cannot write {tmp_path}: Is a directory; name a file in it\n"
+
+
 def test_files_are_not_replaced(project, tmp_path, capsys):
     command = ["init", str(project / "meshes" / "beam.msh"), "-o", str(tmp_path / "beam.toml")]
     assert main(command) == 0

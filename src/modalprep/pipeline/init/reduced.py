@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from modalprep.atomic import refuse_folder
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.formats.bodies.described import notes_of
 from modalprep.formats.bodies.read import FORMATS, import_body
@@ -55,6 +56,7 @@ def init_reduced(
         When the file cannot be read, or one of the files to write is there already.
     """
     target = target or Path(f"{file.stem}.toml")
+    refuse_folder(target)
     body = import_body(file, length_unit=length_unit or "m", mass_unit=mass_unit)
     notes = notes_of(body)
     texts = [_text(file, target, body, notes, length_unit, mass_unit)]

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from modalprep.atomic import atomic_path, refuse_unwritable
+from modalprep.atomic import atomic_path, refuse_folder, refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
@@ -135,6 +135,7 @@ def written_files(file: Path, target: Path, texts: Sequence[str], force: bool) -
 
 
 def _files(target: Path) -> list[Path]:
+    refuse_folder(target)
     return [target, target.with_name(f"{target.stem}-pendulum.toml")]
 
 
