@@ -198,6 +198,7 @@ class TreeTangent:
         self.links: list[Moving] = []
         self.ways: list[tuple[Crossing, ...]] = []
         self.interfaces: dict[tuple[int, int], tuple[Moving, tuple[Crossing, ...]]] = {}
+        self.views: dict[tuple[int, int], Seen] = {}
         self.carried = [system.bodies[link.body] if link.body else None for link in packed.links]
         self.constants = packed.kept("ways", lambda: link_constants(packed, self.carried))
         for i in range(len(packed.links)):
@@ -377,7 +378,11 @@ class TreeTangent:
 
     def seen(self, link: int, node: int) -> Seen:
         """Return how an interface moves, seen from the ground, which turns with a constant spin."""
-        frame, _ = self.interface(link, node)
+        if (link, node) not in self.views:
+            self.views[link, node] = self._view(self.interface(link, node)[0])
+        return self.views[link, node]
+
+    def _view(self, frame: Moving) -> Seen:
         world, w = on_both(frame.R), skew(self.spin)
         by_x, by_u = frame.acceleration_slopes()
         A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), np.zeros(3)])
