@@ -110,6 +110,8 @@ BDF = {
     "SEID": bdf(lambda k, *x: small("GRID", k, "", *map(short, x), "", "", 3 if k == 9 else "")),
     "sets and masses": bdf(between="CONM2,1,1,,5.\nSPC1,3,123,1,THRU,16\nNSM1,1,ELEMENT,1.,ALL"),
     "replication": bdf(between="GRID,900,,9.,0.,0.\n=,*1,=,*1.,==\n=(3)"),
+    "replication in a continuation": bdf(between=f"{grid(900, 9.0, 0.0, 0.0)}\n+       {'=':>8}"),
+    "replication behind a block": bdf(between=large("GRID", "*1", "=", "*1.", "=", "=", "", "", "")),
     "the last goes on elsewhere": bdf(brick=apart),
     "a line of no card": bdf(between="+Q      " + "       5"),
     "shells": bdf(brick=lambda k, p, *n: small("CQUAD4", k, 4, *n[:4]), between="PSHELL,4,7,.01,7"),

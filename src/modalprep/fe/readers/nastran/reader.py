@@ -164,7 +164,8 @@ class _Reader:
         continues = not head or head[0] in "+*"
         if len(self.cards) < 1 + continues:
             raise InputError(f"{where}: = and *(1) repeat the card before, and there is none; write the card out")
-        before = self.cards[-2 if continues else -1]
+        entry = self.cards[-2 if continues else -1]
+        before = entry if isinstance(entry, Card) else entry.card(len(entry.values) - 1)
         name = head.rstrip("* ")
         start = 0
         if continues:
