@@ -263,6 +263,7 @@ INP = {
     "a comment within": inp(lambda k, *x: "** here\n" * (k == 7) + node(k, *x)),
     "comments behind": inp(lambda k, *x: node(k, *x) + "\n** here\n" * (k == 64)),
     "a blank line": inp(lambda k, *x: node(k, *x) + "\n" * (k == 7)),
+    "a blank line before a damaged one": inp().replace("\n17, ", "\n\n17, x").replace("17, x", "17, 999, "),
     "second order": inp(brick=lambda k, *n: [k, *second([*n])], kind="C3D20"),
     "reduced": inp(brick=lambda k, *n: [k, *second([*n])], kind="C3D20R"),
     "tetrahedra": inp(brick=lambda k, *n: [k, n[0], n[1], n[3], n[4]], kind="C3D4"),

@@ -108,7 +108,7 @@ class Numbers(NamedTuple):
     def rows(self, file: str) -> list[Row]:
         """Return the data lines one by one."""
         places = range(self.first, self.first + len(self.counts))
-        return [Row(_fields(self.lines[k].strip()), file, k + 1) for k in places]
+        return [Row(_fields(line), file, k + 1) for k in places if (line := self.lines[k].strip())]
 
 
 @dataclass(slots=True)
