@@ -90,7 +90,7 @@ def test_loop_block_is_valid(page):
 def test_ensemble_block_runs(page, tmp_path, capsys):
     """With the satellite of the page and some of its cases; its Python runs too."""
     text = page("reference/simulation.md")
-    system, _, ensemble = blocks(text, "toml")
+    system, *_, ensemble = blocks(text, "toml")
     places = {"root": [0, 0, 0], "side": [0.5, 0, 0], "nozzle": [0, 0, -0.5]}
     bus = mp.rigid_body(
         "bus", mass=200.0, centre=np.zeros(3), inertia=40 * np.eye(3),

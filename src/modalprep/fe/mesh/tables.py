@@ -51,7 +51,7 @@ class Table(Sequence[Any]):
         """Count the rows."""
         return self._count
 
-    def __getitem__(self, k: int) -> Any:
+    def __getitem__(self, k: Any) -> Any:
         """Return a row: whole numbers as a list, others as an array."""
         row = self.rows[k]
         return row.tolist() if row.dtype.kind == "i" else row

@@ -164,7 +164,8 @@ def _ring_modes(turn: Turn, K: csr_array, M: csr_array, n: int, solver: str) -> 
     short = set(count)
     while short:
         for d in short:
-            found[d] = single_modes(*(turn.of(each, d) for each in blocks), count[d], solver=solver)
+            K_d, M_d = (turn.of(each, d) for each in blocks)
+            found[d] = single_modes(K_d, M_d, count[d], solver=solver)
         every = np.sort(np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()]))
         last = every[n - 1] if len(every) >= n else np.inf
         short = {d for d, (w2, _) in found.items() if len(w2) == count[d] and w2[-1] <= last}
