@@ -11,7 +11,9 @@ import modalprep as mp
 from modalprep.pipeline.building.build import build_body
 from modalprep.pipeline.console import Reporter
 
-SAME = 1e-8  # of the largest number: K agrees to 1e-15 of its own, which stretches; what bends is 1e6 times softer
+# Of the largest number: K agrees to 1e-15 of its own, which stretches; what bends is 1e6 times softer. The panels of
+# the satellite are alike: round-off mixes modes whose frequencies nearly agree (2.2e-8 in H).
+SAME = {"bracket": 1e-8, "panel": 1e-8, "satellite": 1e-7}
 RUN = 1e-6  # steps are chosen for 1e-8, of which small deflections have less
 AXIS = {"bracket": (0, 0, 1), "panel": (0, 1, 0), "satellite": (1, 0, 0)}  # of the hinge at the root, across gravity
 GRAVITY = {"bracket": (0, -9.81, 0), "panel": (0, 0, -9.81), "satellite": (0, -9.81, 0)}
@@ -74,10 +76,10 @@ def arrays(record, path=""):
 @pytest.mark.filterwarnings("ignore::modalprep.ModalprepWarning")
 def test_bodies(bodies):
     """Reduction, integrals of the mass, geometric stiffness, recovered shapes."""
-    _, wanted, found = bodies
+    case, wanted, found = bodies
     own = dict(arrays(found))
     for name, value in arrays(wanted):
-        np.testing.assert_allclose(own[name], value, rtol=0, atol=SAME * np.nanmax(np.abs(value)), err_msg=name)
+        np.testing.assert_allclose(own[name], value, rtol=0, atol=SAME[case] * np.nanmax(np.abs(value)), err_msg=name)
     assert {"frequency", "P", "Kg_A", "Kg_W", "Kg_F", "phi", "shape"} <= set(own)
 
 
