@@ -122,7 +122,7 @@ def test_simulation_page_names_every_joint_and_table(page):
     for kind in JointTable.model_json_schema()["properties"]["type"]["enum"]:
         assert f"`{kind}`" in text, kind
     fields = [name for name in Pipeline.model_fields if name not in ForceElements.model_fields]
-    tables = {"bodies", *ForceElements.model_fields, *fields[fields.index("joints") : fields.index("environment") + 1]}
+    tables = {"bodies", *ForceElements.model_fields, *fields[fields.index("joints") : fields.index("simulation")]}
     listed = set(re.findall(r"\[(\w+)(?:\.X)?\]`", text.split("## Tables of a system")[1].split("## Values")[0]))
     assert listed == tables
 

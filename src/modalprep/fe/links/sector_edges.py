@@ -66,7 +66,7 @@ def sector_edges(mesh: Mesh, cyclic: CyclicSymmetry, used: np.ndarray) -> Sector
     turns, distance, partner = min(found, key=lambda one: np.median(one[1]) if len(one[1]) else np.inf)
     near = distance <= slack
     if not cyclic.low:
-        _refuse_found(mesh, cyclic, high[near], partner[near])
+        _refuse_found(mesh, cyclic, high[near], partner[near], slack)
         high, partner, near = high[near], partner[near], near[near]
     rows = [np.flatnonzero(near)]
     columns = [partner[near]]
@@ -91,7 +91,7 @@ def _partners(cyclic: CyclicSymmetry, points: np.ndarray, low: np.ndarray, high:
     return distance, low[place]
 
 
-def _refuse_found(mesh: Mesh, cyclic: CyclicSymmetry, high: np.ndarray, partner: np.ndarray) -> None:
+def _refuse_found(mesh: Mesh, cyclic: CyclicSymmetry, high: np.ndarray, partner: np.ndarray, slack: float) -> None:
     """Refuse edges found by the rotation alone that are none."""
     what = f"cyclic symmetry: rotation by 360/{cyclic.sectors} degrees about the axis moves"
     if not len(high):
@@ -101,6 +101,13 @@ def _refuse_found(mesh: Mesh, cyclic: CyclicSymmetry, high: np.ndarray, partner:
         )
     if len(np.intersect1d(high, partner)):
         raise InputError(f"{what} nodes onto others that it moves onto others: the mesh has more than one sector")
+    lines = any(cell_dimension(kind) == 1 for kind in mesh.cells)  # of which an edge is single nodes
+    edge = np.union1d(high, np.flatnonzero(cyclic.radius(mesh.points) <= slack))
+    if not lines and not cells_of(mesh, NodeSet(node=1), edge)[0] and not cells_of(mesh, NodeSet(node=1), high)[0]:
+        raise InputError(
+            f"{what} {len(high)} nodes onto others, which make up no face or edge of the mesh; check sectors, axis and "
+            "point, or name the edges"
+        )
 
 
 def _on_faces(mesh: Mesh, cyclic: CyclicSymmetry, low: np.ndarray, high: np.ndarray, turns: int):

@@ -50,10 +50,13 @@ class MeshBuilder:
         self.more_points.append(position)
         return self.listed + len(self.more_points) - 1
 
+    def places_of(self, nodes: Sequence[int], points: np.ndarray) -> np.ndarray:
+        """Return the places ``(n, 3)`` of nodes: the file has its own at ``points (listed, 3)``."""
+        return np.array([points[row] if row < self.listed else self.more_points[row - self.listed] for row in nodes])
+
     def centre(self, nodes: Sequence[int], points: np.ndarray) -> np.ndarray:
-        """Return the mean of nodes, of those that the file has at ``points (listed, 3)`` and of new ones."""
-        at = [points[row] if row < self.listed else self.more_points[row - self.listed] for row in nodes]
-        return np.mean(at, axis=0)
+        """Return the mean of nodes, of which `places_of` has the places."""
+        return np.mean(self.places_of(nodes, points), axis=0)
 
     def middle(self, a: int, b: int, position: np.ndarray, components: int) -> int:
         """Return a new node in the middle of an edge that has none: it moves by the mean of the ends `a` and `b`.

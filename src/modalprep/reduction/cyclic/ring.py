@@ -158,14 +158,14 @@ def _first_of_each(partner: np.ndarray, moving: np.ndarray, n: int, sectors: int
 
 def _ring_modes(turn: Turn, K: csr_array, M: csr_array, n: int, solver: str) -> Modes:
     """Return the n lowest modes of the ring: of each nodal diameter as many as lie below the n-th."""
-    blocks = turn.blocks(K), turn.blocks(M)
+    stiffness = turn.blocks(K)
+    mass = turn.blocks(M)
     count = dict.fromkeys(range(turn.sectors // 2 + 1), ceil(n / turn.sectors) + SPARE)
     found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
     short = set(count)
     while short:
         for d in short:
-            K_d, M_d = (turn.of(each, d) for each in blocks)
-            found[d] = single_modes(K_d, M_d, count[d], solver=solver)
+            found[d] = single_modes(turn.of(stiffness, d), turn.of(mass, d), count[d], solver=solver)
         every = np.sort(np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()]))
         last = every[n - 1] if len(every) >= n else np.inf
         short = {d for d, (w2, _) in found.items() if len(w2) == count[d] and w2[-1] <= last}

@@ -471,6 +471,16 @@ def test_a_sector_brings_its_symmetry_and_its_edges(read):
     assert len(mp.fe.make_ring(read(*SECTOR, "CYCLIC,4", "CYCOPT,HINDEX,ALL")).points) == 8
 
 
+@real
+def test_the_edges_of_a_real_sector_are_found():
+    """One of fifteen: 34 nodes of each edge lie within 1e-14 of their partners, other numbers join single nodes."""
+    mesh = mp.read_mesh(DATA / "sector.cdb")
+    ring = mp.fe.make_ring(mesh, mp.fe.CyclicSymmetry(sectors=15))
+    assert len(ring.points) == 15 * (len(mesh.points) - 34)
+    with pytest.raises(mp.InputError, match="make up no face or edge of the mesh; check sectors"):
+        mp.fe.make_ring(mesh, mp.fe.CyclicSymmetry(sectors=24, tolerance=1e-3))
+
+
 @pytest.mark.parametrize("line", ["CYCLIC", "CYCLIC,4,60.", "CYCLIC,1"])
 def test_a_symmetry_that_is_no_circle_is_refused(read, line):
     with pytest.raises(mp.InputError, match="which make no circle; give both"):

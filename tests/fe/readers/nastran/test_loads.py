@@ -100,6 +100,31 @@ def test_a_load_of_the_deck_bends_a_cantilever(tmp_path):
     assert u[-5] == pytest.approx(10 * 2**3 / (3 * 2e11 * 3e-6), rel=1e-9)
 
 
+LINES = {  # card: deflection along y of the end of a cantilever of 2 m, over 1 / E I
+    "PLOAD1,3,4,FY,FR,1.,10.": 10 * 2**3 / 3,
+    "PLOAD1,3,2,FY,LE,.2,10.": 10 * 0.7**2 * (3 * 2 - 0.7) / 6,
+    "PLOAD1,3,2,FY,FR,.4,10.,.4,10.": 10 * 0.7**2 * (3 * 2 - 0.7) / 6,
+    "\n".join(f"PLOAD1,3,{k},FY,FR,0.,5.,1.,5." for k in (1, 2, 3, 4)): 5 * 2**4 / 8,
+    "\n".join(f"PLOAD1,3,{k},FY,LE,0.,{k - 1}.,.5,{k}." for k in (1, 2, 3, 4)): 2 * 11 * 2**5 / 120,  # 2 x N/m
+}
+
+
+@pytest.mark.parametrize("card", LINES)
+def test_loads_along_beams(tmp_path, card):
+    """The deflection of the exact beam, also by a force within an element."""
+    mesh = read(tmp_path, BARS + card)
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(node=1, kind="node")})
+    f = nodal_load(model, mesh, "wind", Load(set="load_3"))
+    inside = model.dof[1:5].ravel()
+    u = np.linalg.solve(model.K.toarray()[np.ix_(inside, inside)], f[inside])
+    assert u[-5] == pytest.approx(LINES[card] / (2e11 * 3e-6), rel=1e-9)
+
+
+def test_a_load_along_a_beam_stretches_it(tmp_path):
+    mesh = read(tmp_path, BARS + "PLOAD1,3,2,FXE,FR,0.,4.,1.,4.")
+    np.testing.assert_allclose(mesh.loads["load_3"].forces, [[1, 0, 0], [1, 0, 0]], atol=1e-12)
+
+
 def test_what_a_load_by_set_refuses(tmp_path):
     mesh = read(tmp_path, BARS + "FORCE,3,5,,10.,0.,1.,0.")
     model = mp.assemble(mesh, {}, {"root": mp.Interface(node=1, kind="node")})
@@ -115,7 +140,7 @@ CONTROL = (
     "SOL 103\nCEND\nTITLE = a plate\nSPC = 1\nSDAMPING = 8\n"
     "SUBCASE 1\n  METHOD(STRUCTURE) = 5 $ modes\nSUBCASE 7\n  LOAD = 3\n  SPC = 2\n  DLOAD = 9\nBEGIN BULK\n"
 )
-SETS = "SPC1,1,123456,1,4\nSPC1,2,123,1,2\nFORCE,3,2,,10.,0.,1.,0.\nPLOAD1,3,1,FZ,FR,0.,1.,1.,1.\n"
+SETS = "SPC1,1,123456,1,4\nSPC1,2,123,1,2\nFORCE,3,2,,10.,0.,1.,0.\nRFORCE,3,1,,1.,1.,0.,0.\n"
 
 
 def test_subcases(tmp_path):
@@ -128,7 +153,7 @@ def test_subcases(tmp_path):
     assert (second.number, second.supports, second.loads, second.modes) == (7, ("spc_2",), ("load_3",), None)
     assert second.said[0] == "DLOAD = 9, which is not used"
     assert "of load 3 these are not read" in second.said[1]
-    assert "1 PLOAD1" in second.said[1]
+    assert "1 RFORCE" in second.said[1]
 
 
 @pytest.mark.parametrize(
@@ -175,6 +200,7 @@ def test_bulk_data_alone_has_its_only_sets(tmp_path):
         ("LOAD,3,1.,1.,8", "load 8 is not in the deck"),
         ("FORCE1,3,2,5.,1,1", "its grids give no direction"),
         ("RFORCE,3,1,,1.,1.,0.,0.", "1 RFORCE"),
+        ("PLOAD1,3,1,FY,FR,0.,1.,1.,1.", "element 1 is no bar and no beam"),
     ],
 )
 def test_a_load_that_cannot_be_read_does_not_keep_the_model_out(tmp_path, card, said):

@@ -110,6 +110,7 @@ REMARKS = {
         loads.READ,
         "A set is a load of the mesh, for [loads]; gravity is for modalprep init.",
     ),
+    "PLOAD1": "Along basic axes or along the beam (FX, FY, FZ, FXE); others are said by modalprep init.",
     "LOAD": "The sum of loads; the mesh's load of its number.",
     **dict.fromkeys(analysis.LISTS, "For modalprep init: count and band of modes, damping."),
     "CONM1": "The matrix of a rigid body; others are refused.",
