@@ -31,9 +31,10 @@ def cyclic_table(modes: CyclicModes, console: Console) -> None:
     >>> found = cyclic_modes(model, mesh, cyclic, modes=2, nodal_diameters=[0, 1])
     >>> cyclic_table(found, Console(width=80, color_system=None))
     Modes of 8 sectors by nodal diameter, Hz
-      nodal diameter       1       2
-                   0   52.99   333.3
-                   1   48.81   351.6
+    nodal diameter       1       2
+    ──────────────────────────────
+                 0  52.994  333.27
+                 1  48.814  351.59
     """
     console.print(Text.assemble((f"Modes of {modes.sectors} sectors by nodal diameter", "bold"), f", Hz{_at(modes)}"))
     rows = {n: modes.frequency[modes.nodal_diameter == n] for n in np.unique(modes.nodal_diameter)}

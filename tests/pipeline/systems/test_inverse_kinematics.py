@@ -62,7 +62,7 @@ def test_a_run_starts_where_its_target_is(simulate, position):
 def test_given_joints_leave_nothing_open(simulate):
     _, run, said = simulate('given = ["a"]')
     assert run["a.angle"][0] == pytest.approx(np.radians(57))
-    assert "open" not in said.out
+    assert "open:" not in said.out
     assert "open: 1 motions of a, b" in simulate("weights = { a = 2.0 }")[2].out
 
 

@@ -146,9 +146,9 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     while True:
         state = _State(Chart(evaluator, y), steady)
         g = state.force(np.zeros(state.n))
-        K = state.stiffness()
+        K, K_error = state.stiffness()
         g[np.abs(g) <= ROUND_OFF * state.largest_force(g)] = 0.0
-        step, lowest = _step(state, K, g)
+        step, lowest = _step(state, K, K_error, g)
         y = state.y(_length(state, step, g) * step)
         if np.abs(step).max(initial=0.0) <= CONVERGED:
             return _equilibrium(state, K / np.outer(state.scale, state.scale), lowest > 0, steps)
@@ -173,10 +173,12 @@ class _State:
         y = self.y(z)
         return -self.scale * (self.chart.tangent(y).T @ self.required(y))
 
-    def stiffness(self) -> np.ndarray:
-        """Derivative of the restoring forces (n, n), in the scales."""
+    def stiffness(self) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative of the restoring forces (n, n) and its round-off, in the scales."""
         exact = SystemTangent(self.chart, np.zeros(self.evaluator.nu), moving=self.steady)
-        return exact.equations(np.zeros((self.n, self.n))).K * np.outer(self.scale, self.scale)
+        found = exact.equations(np.zeros((self.n, self.n)))
+        scales = np.outer(self.scale, self.scale)
+        return found.K * scales, found.K_error * scales
 
     def largest_force(self, g: np.ndarray) -> float:
         """Largest of the forces that balance each other, times their scales: those of deflected modes, and the rest."""
@@ -188,10 +190,12 @@ class _State:
             found = max(found, np.abs(body.K * q * evaluator.scale[own]).max(initial=0.0))
         return float(found)
 
-    def own_stiffness(self, K: np.ndarray) -> np.ndarray:
+    def own_stiffness(self, K: np.ndarray, K_error: np.ndarray) -> np.ndarray:
         """Diagonal of the stiffness ``K (n, n)``, positive: at least a fraction of that of the joints."""
         joints = [self.evaluator.owner[k][0] == "joint" for k in self.chart.independent]
-        largest = np.abs(K[joints]).max(initial=0.0) or np.abs(K).max() or 1.0
+        largest = np.abs(K[joints]).max(initial=0.0)
+        if largest <= K_error[joints].max(initial=0.0):
+            largest = np.abs(K).max() or 1.0
         return np.maximum(np.abs(np.diag(K)), SOFT * largest)
 
     def required(self, y: np.ndarray) -> np.ndarray:
@@ -209,14 +213,14 @@ def _refuse_moving_loops(evaluator: Evaluator, y: np.ndarray, steady: bool) -> N
             )
 
 
-def _step(state: _State, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
+def _step(state: _State, K: np.ndarray, K_error: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the step, and the lowest eigenvalue of the scaled stiffness, zero where it is round-off.
 
     The stiffness is scaled by its diagonal, because that of modes exceeds that of a pendulum by many orders.
     """
     if not len(g):
         return g, 1.0
-    d = np.sqrt(state.own_stiffness(K))
+    d = np.sqrt(state.own_stiffness(K, K_error))
     g = g / d
     K = K / np.outer(d, d)
     lowest = float(np.linalg.eigvalsh((K + K.T) / 2)[0])
