@@ -62,7 +62,7 @@ def draw_cyclic(axes: Axes, modes: CyclicModes) -> None:
         style = {"color": COLOURS[k % len(COLOURS)], "marker": "o", "markersize": 4}
         axes.plot(modes.nodal_diameter[own], modes.frequency[own], linewidth=1.2, **style)
     axes.set_xlabel("nodal diameter")
-    axes.set_ylabel("Hz")
+    axes.set_ylabel("frequency (Hz)")
     axes.set_xticks(np.unique(modes.nodal_diameter))
     axes.set_ylim(bottom=0.0)
     plain_axes(axes, grid="both")
