@@ -40,6 +40,8 @@ class Robot:
 
     Attributes
     ----------
+    links : tuple of str
+        All of the file.
     bodies, joints, couplers : {name: table}
         Numbers in SI units. An interface of a link has the name of the joint that it carries, or of a link that is
         fixed to it.
@@ -48,6 +50,7 @@ class Robot:
         What of the file is not in the tables, beside the limits.
     """
 
+    links: tuple[str, ...] = ()
     bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
     joints: dict[str, dict[str, Any]] = field(default_factory=dict)
     couplers: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -139,6 +142,8 @@ def read_urdf(path: str | Path, *, bodies: Mapping[str, FlexibleBody] | None = N
     """
     own = dict(bodies or {})
     robot = read_robot(Path(path), base, own)
+    for name in own:
+        refuse_unknown(name, robot.links, f"{path}: link")
     refuse_moved(robot, own, str(path))
     return System(
         bodies={name: own.get(name) or _link(name, table) for name, table in robot.bodies.items()},
@@ -176,20 +181,8 @@ def refuse_moved(robot: Robot, bodies: Mapping[str, FlexibleBody], where: str) -
                 )
 
 
-def link_names(path: Path) -> list[str]:
-    """Return the names of the links of a URDF file.
-
-    Raises
-    ------
-    InputError
-        As `read_urdf`.
-    """
-    with _reading(path) as root:
-        return list(_named(root, "link"))
-
-
 def read_robot(path: Path, base: Base = "fixed", own: Collection[str] = ()) -> Robot:
-    """Return the links and joints of a URDF file as tables; those of `own` are bodies for themselves.
+    """Return the links and joints of a URDF file as tables; links named in `own` are bodies for themselves.
 
     Raises
     ------
@@ -218,10 +211,8 @@ def _reading(path: Path) -> Iterator[ET.Element]:
 
 
 def _tables(root: ET.Element, base: Base, own: Collection[str]) -> Robot:
-    robot = Robot()
     links = _named(root, "link")
-    for name in own:
-        refuse_unknown(name, links, "link")
+    robot = Robot(links=tuple(links))
     connections = [_connection(name, joint, links) for name, joint in _named(root, "joint").items()]
     carried = [each.child for each in connections]
     tops = sorted(links.keys() - set(carried))

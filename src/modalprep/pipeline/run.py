@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from modalprep.errors import RenderError
 from modalprep.extras import need
@@ -150,31 +150,34 @@ def _responses(source: Loaded, built: Built, folder: Path, reporter: Reporter) -
 
 
 def _sensitivities(source: Loaded, table: SensitivitiesTable, folder: Path, reporter: Reporter) -> Sensitivities:
-    from modalprep.atomic import write_table
     from modalprep.pipeline.building.sensitivity import pipeline_sensitivities
     from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_table
 
     found = pipeline_sensitivities(source, table)
     sensitivity_table(found, reporter.console)
-    rows = found.rows()
-    stem = f"{source.path.stem}-sensitivities"
-    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], folder / f"{stem}.csv"))
-    reporter.wrote(sensitivity_plot(found, folder / f"{stem}.png"))
+    stem = folder / f"{source.path.stem}-sensitivities"
+    _write_rows(found.rows(), stem, reporter)
+    reporter.wrote(sensitivity_plot(found, stem.with_name(f"{stem.name}.png")))
     return found
 
 
 def _cyclic(source: Loaded, table: CyclicTable, folder: Path, reporter: Reporter) -> CyclicModes:
-    from modalprep.atomic import write_table
     from modalprep.pipeline.building.cyclic import pipeline_cyclic
     from modalprep.report.cyclic import cyclic_plot, cyclic_table
 
     found = pipeline_cyclic(source, table)
     cyclic_table(found, reporter.console)
-    rows = found.rows()
-    stem = f"{source.path.stem}-nodal-diameters"
-    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], folder / f"{stem}.csv"))
-    reporter.wrote(cyclic_plot(found, folder / f"{stem}.png"))
+    stem = folder / f"{source.path.stem}-nodal-diameters"
+    _write_rows(found.rows(), stem, reporter)
+    reporter.wrote(cyclic_plot(found, stem.with_name(f"{stem.name}.png")))
     return found
+
+
+def _write_rows(rows: Sequence[Mapping[str, Any]], stem: Path, reporter: Reporter) -> None:
+    """Write a table beside its chart, its columns by the keys of the first row."""
+    from modalprep.atomic import write_table
+
+    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], stem.with_name(f"{stem.name}.csv")))
 
 
 def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Synthesised:

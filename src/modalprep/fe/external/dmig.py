@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,12 @@ SQUARE, SYMMETRIC = 1, 6  # forms IFO
 REAL = (1, 2)  # types TIN
 
 
-def read_dmig(path: Path, scalar: bool = False) -> dict[str, Labelled]:
+def read_dmig(path: Path, scalar: bool = False, cards: Iterable[Card] | None = None) -> dict[str, Labelled]:
     r"""Return the square and symmetric matrices of a deck or punch file by their names.
 
     Of a symmetric one (form 6) the file gives one triangle; the other is added. Rows of scalar points have the
-    component -1; they are refused unless they are `scalar` coordinates of the caller.
+    component -1; they are refused unless they are `scalar` coordinates of the caller. `cards` are those of the file
+    where the caller has read them.
 
     Raises
     ------
@@ -36,7 +38,7 @@ def read_dmig(path: Path, scalar: bool = False) -> dict[str, Labelled]:
     """
     forms: dict[str, int] = {}
     columns: dict[str, list[Card]] = {}
-    for card in read_cards(path).cards:
+    for card in read_cards(path).cards if cards is None else cards:
         if card.name == "DMIG" and card.text(1) == "0":
             forms[card.text(0)] = _form(card)
         elif card.name == "DMIG":

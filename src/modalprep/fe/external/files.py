@@ -240,8 +240,9 @@ def deck_nodes(path: Path) -> Mesh | None:
 
 def deck_matrices(path: Path, scalar: bool = False) -> Found:
     """Return the DMIG matrices of a deck, turned to basic axes, with its grids; `scalar` as `read_dmig` takes it."""
-    matrices = read_dmig(path, scalar)
-    grids = deck_grids(path, read_cards(path).cards)
+    cards = read_cards(path).cards
+    matrices = read_dmig(path, scalar, cards)
+    grids = deck_grids(path, cards)
     if grids is None:
         return Found(matrices)
     axes = {int(grids.ids[row]): grids.displacement(row).T for row in np.flatnonzero(grids.cd).tolist()}

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import Field
 
-from modalprep.formats.urdf import Base, Robot, link_names, read_robot
+from modalprep.formats.urdf import Base, Robot, read_robot
 from modalprep.pipeline.schema.base import FileName, Table
 
 TABLES = ("bodies", "joints", "couplers")
@@ -36,9 +36,7 @@ def with_robot(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     own = {key: data.get(key, {}) for key in TABLES}
     if not isinstance(table, dict) or not isinstance(table.get("file"), str) or not _are_tables(own):
         return data  # the schema says what is wrong
-    path = folder / table["file"]
-    links = link_names(path)
-    robot = read_robot(path, table.get("base", "fixed"), [name for name in own["bodies"] if name in links])
+    robot = read_robot(folder / table["file"], table.get("base", "fixed"), own["bodies"])
     joints = {name: _joint(robot, name, each) for name, each in own["joints"].items()}
     found = {"bodies": robot.bodies, "joints": robot.joints, "couplers": robot.couplers}
     return data | {key: found[key] | (own | {"joints": joints})[key] for key in TABLES}

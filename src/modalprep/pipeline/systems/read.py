@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.formats.urdf import link_names, read_robot, refuse_moved
+from modalprep.formats.urdf import read_robot, refuse_moved
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -92,8 +92,7 @@ def _robot_notes(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Pa
     if pipeline.robot is None:
         return ()
     path = folder / pipeline.robot.file
-    flexible = [name for name, body in pipeline.bodies.items() if body.mass is None]
-    own = {name: bodies[name] for name in link_names(path) if name in flexible}
+    own = {name: bodies[name] for name, table in pipeline.bodies.items() if table.mass is None}
     robot = read_robot(path, pipeline.robot.base, own)
     refuse_moved(robot, own, str(path))
     return robot.notes([name for name, joint in pipeline.joints.items() if joint.limits is not None])
