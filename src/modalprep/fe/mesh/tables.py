@@ -75,7 +75,7 @@ class Table(Sequence[Any]):
 
 
 class Lookup:
-    """The places of labels in an array of them, each there once.
+    """The indices of labels in an array of them, each there once.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Lookup:
         self._sorted = labels[self._order] if not self._dense else labels[:0]
 
     def __call__(self, wanted: np.ndarray) -> np.ndarray:
-        """Return the place of each label, -1 of one that is not there."""
+        """Return the index of each label, -1 of one that is not there."""
         if self._dense:
             inside = (wanted >= 0) & (wanted < len(self._order))
             return np.where(inside, self._order[np.where(inside, wanted, 0)], -1)

@@ -175,7 +175,7 @@ def single_axis_way(
     """Return rotation, place and `shift` of a link that moves by x along and about an axis, z of the joint's frame.
 
     ``base`` and ``back`` (3, 3) turn from the joint's axes to those of the last frame, and from the link's to those of
-    the joint; `arm` is the place of the joint.
+    the joint; `arm` is the position of the joint.
     """
     c, s = np.cos(about * x), np.sin(about * x)
     R = base @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ back

@@ -26,13 +26,13 @@ class Element(NamedTuple):
 
 
 class Nodes:
-    """The places of nodes in the list of points."""
+    """The indices of nodes in the list of points."""
 
     def __init__(self) -> None:
         self._count = 0
         self._places: dict[Key, int] = {}
         self._keys: list[Key] = []
-        self._blocks: list[tuple[str, np.ndarray, Lookup, int]] = []  # instance, labels, the same, place of the first
+        self._blocks: list[tuple[str, np.ndarray, Lookup, int]] = []  # instance, labels, the same, index of the first
         self._waiting = 0  # the first block whose nodes are not listed one by one
 
     def add_block(self, scope: str, labels: np.ndarray) -> bool:
@@ -47,7 +47,7 @@ class Nodes:
         return True
 
     def add(self, key: Key) -> int:
-        """Return the place of a node, a new one behind all others where it is not there."""
+        """Return the index of a node; one that is not there is added at the end."""
         place = self.places.setdefault(key, self._count)
         if place == self._count:
             self._keys.append(key)
@@ -56,7 +56,7 @@ class Nodes:
 
     @property
     def places(self) -> dict[Key, int]:
-        """The place of each node by its key."""
+        """The index of each node by its key."""
         for scope, labels, _, first in self._blocks[self._waiting :]:
             keys = [(scope, label) for label in labels.tolist()]
             self._places.update(zip(keys, range(first, first + len(keys)), strict=True))
@@ -77,7 +77,7 @@ class Nodes:
         return np.array([*listed, *np.concatenate([[], *(own[1] for own in self._blocks[self._waiting :])])], dtype=int)
 
     def find(self, scope: str, labels: np.ndarray) -> np.ndarray:
-        """Return the places of the nodes of an instance, -1 of those that are not there."""
+        """Return the indices of the nodes of an instance, -1 of those that are not there."""
         found = np.full(labels.shape, -1)
         for of, _, lookup, first in self._blocks:
             if of == scope:

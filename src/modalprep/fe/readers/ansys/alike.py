@@ -44,7 +44,7 @@ def add_alike(b: Builder, name: str, block: ElementBlock) -> bool:
 
 
 def _shapes(handle: Any, nodes: np.ndarray) -> tuple[tuple[str, ...], np.ndarray, dict, int] | None:
-    """Return the shapes that elements may have, which of them each has, the places of their nodes, and their corners.
+    """Return the shapes that elements may have, which of them each has, the indices of their nodes, and their corners.
 
     None of elements that are no solids and no shells.
     """

@@ -35,7 +35,7 @@ def _brick_shape(nodes: tuple[int, ...]) -> str:
 
 
 def _places(b: Builder, element: Element, shape: str, table: dict, corners: int) -> tuple[str, list[int]]:
-    """Return the cell and the places of its nodes, of second order where there is a mid-side node."""
+    """Return the cell and the indices of its nodes, of second order where there is a mid-side node."""
     own, middle = table[shape]
     there = [k < len(element.nodes) and element.nodes[k] > 0 for k in middle]
     if len(element.nodes) <= corners or not any(there):

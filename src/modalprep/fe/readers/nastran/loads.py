@@ -137,7 +137,7 @@ def _loaded_face(b: Builder, card: Card, kind: str, nodes: list[int]) -> tuple[s
 
 
 def _along_beam(b: Builder, card: Card, load: DeckLoad) -> None:
-    """PLOAD1: a force at a place of a beam, or a load that is linear between two, along the basic axes or the beam.
+    """PLOAD1: a force at a point of a beam, or a load that is linear between two, along the basic axes or the beam.
 
     Its nodal forces and moments do the work of the load on the cubic deflection of the beam.
     """
