@@ -54,7 +54,7 @@ class Load(NodeSet):
     near (10, 0, 0)
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("position",), needs=("force",), advice="other loads have no such place"),
         Rule(("force", "moment", "pressure", "traction", "line_load"), beside=("set",)),
     )

@@ -49,7 +49,7 @@ class Interface(NodeSet):
     'rbe2'
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("position",), needs=("kind",), among=("rbe2", "rbe3", "support"), advice="the node is its place"),
     )
     kind: Kind = "rbe2"

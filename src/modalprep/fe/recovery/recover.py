@@ -65,7 +65,7 @@ class Recover(NodeSet):
     section_force of group 'strut'
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("stations",), needs=("kind",), among=("section_force",)),
         Rule(("axis",), needs=("kind",), among=("resultant", "stress")),
         Rule(("method",), needs=("kind",), among=OF_METHOD, advice="accelerations have one"),

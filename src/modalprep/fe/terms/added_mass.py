@@ -48,7 +48,7 @@ class AddedMass:
     mass_per_length: float | None = None
     fluid_density: float | None = None
     depth: float | None = None
-    applies: ClassVar = (Rule(("depth",), needs=("fluid_density",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("depth",), needs=("fluid_density",)),)
 
     def __post_init__(self) -> None:
         """Refuse other than one kind of mass."""

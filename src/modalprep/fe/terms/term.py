@@ -60,7 +60,7 @@ class Term:
     to: To
     on: On = "cells"
     where: Callable[[np.ndarray], np.ndarray] | None = None
-    applies: ClassVar = (Rule(("where",), needs=("on",), among=("facets",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("where",), needs=("on",), among=("facets",)),)
 
     def __post_init__(self) -> None:
         """Refuse a form of another kind."""

@@ -82,7 +82,7 @@ class Closure(Record):
     [1.0, 0.0, 0.0]
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("axis",), needs=("type",), among=(*WITHOUT_AXIS, *WITH_AXIS, *WITH_FRICTION)),
         Rule(("rotation",), needs=("type",), among=("weld", *WITH_AXIS)),
         Rule(("second_axis",), needs=("type",), among=WITH_SECOND_AXIS),

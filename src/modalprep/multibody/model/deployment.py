@@ -81,7 +81,7 @@ class Deployment(Record):
     (2.0, (5.0, 0.5))
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("brake", "initial_length", "initial_speed"), needs=("tension",), advice="it is that of a free reel"),
         Rule(("damping", "deflection"), needs=("EI",)),
         Rule(("position",), needs=("parent",), among=("ground",), advice=AT_INTERFACE),

@@ -77,7 +77,7 @@ class Dipole(Record):
     6378137.0
     """
 
-    applies: ClassVar = (Rule(("longitude",), needs=("tilt",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("longitude",), needs=("tilt",)),)
     strength: float
     radius: float = EARTH_RADIUS
     tilt: float = 0.0
@@ -124,7 +124,7 @@ class Orbit(Record):
     (0.001177977227, inf)
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("inclination", "argument_of_latitude", "planet_spin"), needs=("dipole",), advice=OF_THE_FIELD),
         Rule(("argument_of_latitude",), needs=("inclination", "dipole.tilt"), advice=SAME_FIELD),
     )

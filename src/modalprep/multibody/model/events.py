@@ -50,7 +50,7 @@ class Event(Record):
     False
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("activates", "deactivates", "impacts"), beside=("terminal",), advice="the run ends there; leave one out"),
         Rule(("restitution",), needs=("impacts",)),
         Rule(("once",), needs=("activates", "deactivates", "impacts")),

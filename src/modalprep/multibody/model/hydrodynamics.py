@@ -45,7 +45,7 @@ class Water(Record):
     (array([1.5, 0. , 0. ]), array([1., 0., 0.]))
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("up", "surface"), needs=("depths",), advice="it places the depths of the current, so leave it out"),
     )
     density: float = 1025.0

@@ -101,7 +101,7 @@ class Joint(Record):
     array([0., 0., 1.])
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("axis",), needs=("type",), among=tuple(ROTATIONS | TRANSLATIONS)),
         Rule(("second_axis",), needs=("type",), among=tuple(name for name, x in JOINT_TYPES.items() if x.second_axis)),
         *(Rule((name,), needs=("type",), among=types) for name, types in CONSTANTS.items()),

@@ -45,7 +45,7 @@ class HingeElement(Record):
     False
     """
 
-    applies: ClassVar = (Rule(("limit_stiffness", "limit_damping"), needs=("lower", "upper")),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("limit_stiffness", "limit_damping"), needs=("lower", "upper")),)
     stiffness: float = 0.0
     free_position: float = 0.0
     damping: float = 0.0

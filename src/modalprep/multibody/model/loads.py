@@ -152,7 +152,7 @@ class AxialSpring(TwoEnded):
     0.0
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("position",), needs=("between",), among=(GROUND,), advice=ON_GROUND),
         Rule(("free_length",), needs=("stiffness", "tension_only")),
         Rule(("tension_only",), needs=("stiffness", "damping")),
@@ -202,7 +202,7 @@ class Bushing(TwoEnded):
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("position", "rotation"), needs=("between",), among=(GROUND,), advice=ON_GROUND),
         Rule(("free_position", "free_rotation", "position"), needs=("stiffness",)),
         Rule(("rotation",), needs=("stiffness", "damping")),

@@ -71,7 +71,7 @@ class RotationalSpring(TwoEnded):
     [-9.0, 0.0, 0.0, 9.0]
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("rotation",), needs=("between",), among=(GROUND,), advice=ON_GROUND),
         Rule(("free_angle",), needs=("stiffness", "characteristic")),
     )

@@ -157,7 +157,7 @@ class CollectTable(Table):
 class EnsembleTable(Table):
     """Many runs of the [simulation] that differ in start values, parameters of joints and loads, or gravity."""
 
-    applies: ClassVar = (Rule(("pool", "workers"), beside=("scheduler",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("pool", "workers"), beside=("scheduler",)),)
 
     parameters: Annotated[dict[str, Values], Field(min_length=1)] = Field(
         description='by name in quotes, such as "hinge.angle", "stay.stiffness", "push.amplitude", "gravity.y": a '

@@ -29,7 +29,7 @@ Laws = Annotated[list[str | float], Field(min_length=3, max_length=3)]
 class ControlTable(Table):
     """A control law: expressions of t and of channels."""
 
-    applies: ClassVar = (Rule(("axes",), needs=("force", "torque")),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("axes",), needs=("force", "torque")),)
 
     at: str = Field(description="'body.interface', or a joint")
     force: Annotated[Laws | None, or_expression("N")] = Field(
@@ -81,7 +81,7 @@ class DipoleTable(Table):
 class OrbitTable(Table):
     """Circular orbit of the ground: x up, y along the flight, z normal to the orbit."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("mu",), beside=("rate",), advice="give the rate, or mu with the altitude or the radius"),
     )
 

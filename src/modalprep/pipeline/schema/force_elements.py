@@ -60,7 +60,7 @@ class Scope(NamedTuple):
 class ForceTable(Table):
     """A force on an interface, or distributed over the points of a body."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("axes",), needs=("force", "torque")),
         Rule(("torque",), beside=("body",), advice="a torque acts on an interface: give 'at' instead of 'body'"),
         Rule(("factor",), beside=("at",), advice="each component of a force 'at' a place may depend on time"),

@@ -139,7 +139,7 @@ class Pipeline(ForceElements):
     20
     """
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(OF_A_BODY, needs=("mesh", "matrices", "body"), advice="add the [mesh], or leave it out"),
         Rule(("cyclic",), needs=("mesh",), advice="add the [mesh] of one sector"),
         Rule(OF_A_SYSTEM, needs=("simulation", "analysis"), advice="add one of them, or leave it out"),

@@ -146,7 +146,7 @@ class ShapeTable(Table):
 class BeamTable(Table):
     """Section of a group of line cells, SI: `section`, or A, Iy, Iz and J."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("ky", "kz"), needs=("theory",), among=("timoshenko",)),
         Rule(("nsm",), beside=("taper",), advice="the last number of each row of the taper is the further mass there"),
     )
@@ -226,7 +226,7 @@ class PlyTable(Table):
 class ShellTable(Table):
     """Sheet or laminate of a group of triangles and quads."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("material", "thickness"), beside=("plies",), advice="each ply has its own; leave it out"),
         Rule(("symmetric",), needs=("plies",)),
     )

@@ -66,7 +66,7 @@ TargetError = Annotated[
 class ReductionTable(Table):
     """Reduction of the body."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("modes", "keep", "target_error"), needs=("method",), among=("craig_bampton", "free_interface")),
         Rule(("truncation_vectors",), needs=("method",), among=("craig_bampton",)),
     )
@@ -239,7 +239,7 @@ class PlacementTable(Table):
 class SynthesisTable(Table):
     """Component mode synthesis: modes of the [bodies] that [welds] join."""
 
-    applies: ClassVar = (Rule(("tolerance",), needs=("project",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("tolerance",), needs=("project",)),)
 
     modes: int = Field(10, ge=1, description="number of system modes, rigid-body modes included")
     placement: dict[str, PlacementTable] = Field(

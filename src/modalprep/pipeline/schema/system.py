@@ -49,7 +49,7 @@ Inertia = Annotated[list[quantities.Inertia], AfterValidator(_possible)]
 class BodyTable(SourceTable):
     """A body of the system: a file, the pipeline that builds it, or a rigid body."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("centre", "inertia", "interfaces"), needs=("mass",), advice="it is that of a rigid body"),
         Rule(("length_unit", "mass_unit", "root"), needs=("file",), advice="it is that of a body with a file"),
     )
@@ -106,7 +106,7 @@ class FrictionTable(Table):
 class LimitsTable(Table):
     """One-sided springs that keep a coordinate within limits."""
 
-    applies: ClassVar = (Rule(("stiffness",), needs=("lower", "upper"), advice="give one of them, or both"),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("stiffness",), needs=("lower", "upper"), advice="give one of them, or both"),)
 
     lower: Coordinate | None = Field(None, description="m or rad")
     upper: Coordinate | None = Field(None, description="m or rad")
@@ -128,7 +128,7 @@ Friction = Annotated[
 class HingeTable(Table):
     """Type, geometry, motion and forces of a joint."""
 
-    applies: ClassVar = (Rule(("free_position",), needs=("stiffness",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("free_position",), needs=("stiffness",)),)
 
     type: JointType
     axis: Vector = Field(
@@ -182,7 +182,7 @@ THEORY = (
 class ClosureTable(Table):
     """A joint or a condition that closes a loop of the tree, or connects a body to the ground."""
 
-    applies: ClassVar = (Rule(("axis",), needs=("type",), among=(*WITH_AXIS, *WITH_FRICTION)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("axis",), needs=("type",), among=(*WITH_AXIS, *WITH_FRICTION)),)
 
     type: ClosureType = Field(description="a joint, or point_on_line, point_on_plane, distance, position")
     a: str = Field(description=END)
@@ -217,7 +217,7 @@ class CouplerTable(Table):
 class SimulationTable(Table):
     """Time integration of the system."""
 
-    applies: ClassVar = (
+    applies: ClassVar[tuple[Rule, ...]] = (
         Rule(
             ("atol", "method", "max_step", "shortest_event", "start", "period", "checkpoint"),
             needs=("variables",),

@@ -98,7 +98,7 @@ class Limited(OverFrequency):
 class HarmonicTable(Limited):
     """Response to harmonic inputs, which act together."""
 
-    applies: ClassVar = (Rule(("points", "spacing"), beside=("frequency",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("points", "spacing"), beside=("frequency",)),)
 
     kind: Literal["harmonic"]
     lowest: Frequency | None = Field(None, gt=0, description="Hz")

@@ -28,7 +28,7 @@ WAYS = {"limit": "limit", "factor": "factor and break_frequency", "design_accele
 class NotchTable(Table):
     """A limit of channels of a response, to which its inputs are lowered."""
 
-    applies: ClassVar = (Rule(("rolloff",), needs=("factor",)), Rule(("mass",), beside=("limit",)))
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("rolloff",), needs=("factor",)), Rule(("mass",), beside=("limit",)))
 
     channel: str = Field(description='name, its beginning, or a pattern: "base.force.z", "struts.*.N"')
     limit: Curve | None = Field(None, description="in the unit of the channel; of random responses a density")
@@ -105,7 +105,7 @@ class FatigueTable(OfChannels):
     """Damage by rainflow counts of histories, or of random responses; the S-N curve is one of amplitudes."""
 
     kinds = ("transient", "random")
-    applies: ClassVar = (Rule(("knee",), needs=("second_slope",)),)
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("knee",), needs=("second_slope",)),)
     scale: Positive = Field(
         1.0, description="by which channels are multiplied: stress concentration, or stress per force, 1/m^2"
     )
