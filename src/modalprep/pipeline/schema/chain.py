@@ -35,7 +35,7 @@ PositiveForce = Annotated[Force, Field(gt=0)]
 class FirstTable(HingeTable):
     """Keys that the first joint of a chain has instead of those of the others."""
 
-    applies: ClassVar[tuple[Rule, ...]] = ()  # the others may have what a key needs
+    applies: ClassVar = ()  # the others may have what a key needs
     type: JointType | None = None  # pyright: ignore[reportIncompatibleVariableOverride]  # of the others by default
 
 

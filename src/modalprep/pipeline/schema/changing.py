@@ -33,7 +33,9 @@ Rate = Annotated[MassFlow, Field(ge=0)] | list[PieceTable]
 class LevelTable(Table):
     """A body at another fill level: a rigid body, scaled densities, or a modal file with the same modes."""
 
-    applies: ClassVar[tuple[Rule, ...]] = (Rule(("centre", "inertia"), needs=("mass",), advice="it is that of a rigid body"),)
+    applies: ClassVar[tuple[Rule, ...]] = (
+        Rule(("centre", "inertia"), needs=("mass",), advice="it is that of a rigid body"),
+    )
 
     mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: Three[Length] = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")

@@ -106,7 +106,9 @@ class FrictionTable(Table):
 class LimitsTable(Table):
     """One-sided springs that keep a coordinate within limits."""
 
-    applies: ClassVar[tuple[Rule, ...]] = (Rule(("stiffness",), needs=("lower", "upper"), advice="give one of them, or both"),)
+    applies: ClassVar[tuple[Rule, ...]] = (
+        Rule(("stiffness",), needs=("lower", "upper"), advice="give one of them, or both"),
+    )
 
     lower: Coordinate | None = Field(None, description="m or rad")
     upper: Coordinate | None = Field(None, description="m or rad")
