@@ -1,8 +1,8 @@
 """modalprep: finite-element meshes to flexible bodies for multibody dynamics, and their simulation.
 
 The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `supplied`, `multibody`,
-`ensemble`, `formats`, `correlation`, `response`, `report` and `linalg`. A name is loaded on first use, so that
-``import modalprep`` costs nothing.
+`ensemble`, `sensitivity`, `formats`, `correlation`, `response`, `report` and `linalg`. A name is loaded on first use,
+so that ``import modalprep`` costs nothing.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from modalprep import reduction as reduction
     from modalprep import report as report
     from modalprep import response as response
+    from modalprep import sensitivity as sensitivity
     from modalprep import supplied as supplied
     from modalprep.body.build import flexible_body as flexible_body
     from modalprep.body.checks import check_body as check_body
@@ -70,6 +71,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.simulate import simulate as simulate
     from modalprep.reduction.craig_bampton import craig_bampton as craig_bampton
     from modalprep.reduction.craig_bampton import guyan as guyan
+    from modalprep.sensitivity.gradient import gradient as gradient
+    from modalprep.sensitivity.run_sensitivities import run_sensitivities as run_sensitivities
     from modalprep.verdicts.verdict import Requirement as Requirement
     from modalprep.verdicts.verdict import Verdict as Verdict
 else:  # type checkers would take any name

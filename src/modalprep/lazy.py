@@ -17,6 +17,7 @@ PACKAGES = (
     "supplied",
     "multibody",
     "ensemble",
+    "sensitivity",
     "formats",
     "correlation",
     "response",

@@ -23,6 +23,7 @@ MAY_IMPORT = {
     "multibody": BASE | {"body"},
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody", "response"},
     "ensemble": BASE | {"multibody", "formats"},
+    "sensitivity": BASE | {"body", "multibody", "ensemble"},
     "correlation": BASE | {"body", "fe", "linalg"},
     "response": BASE | {"body", "reduction"},
     "report": BASE | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble"},

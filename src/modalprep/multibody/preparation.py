@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from modalprep.multibody.results.channels import Channels
 from modalprep.multibody.results.record import Recorder, histories
 from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
+
+Kind = TypeVar("Kind", bound=Integration)
 
 
 def channel_names(system: System, t_end: float) -> Result:
@@ -72,9 +74,10 @@ def prepare(
     start: SystemState | None = None,
     reference: bool = False,
     shortest_event: float | None = None,
+    kind: type[Kind] = Integration,
     **options,
-) -> Integration:
-    """Return an integration that has not begun, no work done; options as `Integration`.
+) -> Kind:
+    """Return an integration that has not begun, no work done; options as `Integration`, of which `kind` is.
 
     It begins at a state, or at the start values of the joints with modes at rest.
     """
@@ -90,7 +93,7 @@ def prepare(
     size = deflections(system, packed)
     seen = RecoveredState(system, packed, loading.loops)
     given = {"reference": accelerations, "observer": seen, "is_deflected": start is not None, "steps": steps}
-    return Integration(system, packed, loading, y, times, size, **given, **options)
+    return kind(system, packed, loading, y, times, size, **given, **options)
 
 
 def _are_apart(steps: Mapping[str, np.ndarray], begin: float, loading: Loading, options: Mapping[str, Any]) -> bool:

@@ -40,6 +40,7 @@ WELL = (
     r"has the integration of its property, ",
     r"have incompatible modes here, and no hourglasses",
     r"elements of S4R are shells here",
+    r"^by differences of ",
 )
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -40,6 +40,7 @@ from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import part_of_links
 from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.step_bounds import ending_at
 
 NAMES = {
     EXPLICIT: "explicit, DOP853",
@@ -92,6 +93,10 @@ class Integration:
         Whether it begins with a deflection, beside which vibrations count.
     steps : dict of array
         The step control of a run that ended where this one begins: see `step_control`.
+    ends : (k,)
+        Further times at which a step ends, s, ascending.
+    keeps_momenta : bool
+        Whether the momenta of parts that nothing holds are restored after each step.
     """
 
     def __init__(
@@ -114,6 +119,8 @@ class Integration:
         observer: Observer | None = None,
         is_deflected: bool = False,
         steps: Mapping[str, np.ndarray] | None = None,
+        ends: np.ndarray | None = None,
+        keeps_momenta: bool = True,
     ) -> None:
         self.system = system
         self.packed = packed
@@ -132,9 +139,10 @@ class Integration:
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
         part = part_of_links(system, packed)
-        if len(loading.reels.reels):  # whose masses are not those of the model
+        if len(loading.reels.reels) or not keeps_momenta:  # masses are not those of the model
             part = np.full_like(part, -1)
-        settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, loading.step_bounds()
+        bounds = loading.step_bounds() if ends is None else ending_at(loading.step_bounds(), ends)
+        settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, bounds
         self.steps = new_run(y, part, len(turning(system)), *settings)
         sizes = size.tolist()
         scale = self.steps.modal_size

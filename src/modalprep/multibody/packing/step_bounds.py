@@ -24,6 +24,18 @@ class StepBounds(NamedTuple):
     ends: np.ndarray  # (m,) s, ascending: the rate of a function, or its acceleration, jumps there
 
 
+def ending_at(bounds: StepBounds, times: np.ndarray) -> StepBounds:
+    """Return what the functions of time ask, with further times (k,) at which a step ends; nearby ones are one.
+
+    Examples
+    --------
+    >>> ending_at(StepBounds(np.zeros((0, 2)), np.array([0.5])), np.array([0.5 + 1e-16, 1.0])).ends
+    array([0.5, 1. ])
+    """
+    apart = [t for t in bounds.ends if not np.any(np.abs(times - t) <= APART * max(1.0, abs(t)))]
+    return bounds._replace(ends=np.sort(np.concatenate([np.array(apart), times])))
+
+
 def step_bounds(all_tables: Sequence[Tables], t_end: float, further: Sequence[np.ndarray] = ()) -> StepBounds:
     """Return what the functions of tables ask of the steps; `further` are times between which others are smooth.
 

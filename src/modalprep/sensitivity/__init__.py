@@ -1,0 +1,18 @@
+"""Derivatives of runs: forward sensitivities of channels, and gradients of one number by the discrete adjoint."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.sensitivity.gradient import Gradient as Gradient
+    from modalprep.sensitivity.objective import Objective as Objective
+    from modalprep.sensitivity.objective import integral as integral
+    from modalprep.sensitivity.objective import last as last
+    from modalprep.sensitivity.objective import squares as squares
+    from modalprep.sensitivity.parameters import Parameter as Parameter
+    from modalprep.sensitivity.parameters import changed as changed
+    from modalprep.sensitivity.run_sensitivities import RunSensitivities as RunSensitivities
+else:  # type checkers would take any name
+    __getattr__, __dir__, __all__ = lazy(__name__)

@@ -1,0 +1,228 @@
+"""The run along which derivatives are taken: its options, its start and the steps with their maps of changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from modalprep.errors import InputError, SimulationError
+from modalprep.multibody.evaluation.implicit_rows import with_force_elements
+from modalprep.multibody.evaluation.system_state import SystemState
+from modalprep.multibody.integration import driver
+from modalprep.multibody.model.system import System
+from modalprep.multibody.preparation import prepare
+from modalprep.multibody.results.result import output_times
+from modalprep.multibody.simulate import check_span
+from modalprep.multibody.starts import Given, started
+from modalprep.sensitivity.differences import neighbours
+from modalprep.sensitivity.explicit import ExplicitStep
+from modalprep.sensitivity.generalised_alpha import AlphaStep
+from modalprep.sensitivity.local import Local, Model, Moment
+from modalprep.sensitivity.parameters import ModalStart, Parameter
+from modalprep.sensitivity.projection import Projection
+from modalprep.sensitivity.rosenbrock import RosenbrockStep
+from modalprep.sensitivity.trace import Traced
+from modalprep.suggest import refuse_other
+
+EXPLICIT_ONLY = "explicit"  # the method of closed loops
+GIVEN_START = "the start is a given state, which the start values of joints and modes do not change"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How a run is integrated; see `run_sensitivities`."""
+
+    duration: float
+    output_step: float = 0.01
+    times: Sequence[float] | np.ndarray | None = None
+    method: str = "auto"
+    step: float | None = None
+    rtol: float = 1e-8
+    atol: float = 1e-12
+    rho_inf: float = 0.9
+    max_step: float | None = None
+    start: Given = "rest"
+    period: float | None = None
+
+    def output_times(self) -> np.ndarray:
+        """Return the output times (nt,), from 0 to the duration.
+
+        Raises
+        ------
+        InputError
+            When those that are given do not ascend from 0 or later to the duration.
+        """
+        if self.times is None:
+            return output_times(self.duration, self.output_step)
+        times = np.asarray(self.times, dtype=float)
+        if times.ndim != 1 or not len(times) or not np.all(np.isfinite(times)) or np.any(np.diff(times) <= 0):
+            raise InputError("times must be ascending numbers, s")
+        if times[0] < 0 or times[-1] > self.duration * (1 + 1e-12):
+            raise InputError(f"times must lie between 0 and the duration, {self.duration:g} s")
+        return times
+
+
+class StepMap(Protocol):
+    """The map of changes of one step."""
+
+    def forward(self, dz: np.ndarray) -> np.ndarray:
+        """Return the changes (nz, np) after the step."""
+        ...
+
+    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
+        """Return the gradient (nz,) by the state before; that by the parameters is added."""
+        ...
+
+
+class Course:
+    """A run that was integrated, and its steps as maps of changes ``[state | accelerations | those of the method]``.
+
+    Attributes
+    ----------
+    times : (nt,)
+        Outputs, s.
+    moments : list of Moment
+        Those of the outputs.
+    states : (nt, nx + nu)
+        At the outputs.
+    """
+
+    def __init__(self, system: System, parameters: Sequence[Parameter], options: Options) -> None:
+        refuse(system, options)
+        self.system, self.parameters, self.options = system, list(parameters), options
+        self.times = options.output_times()
+        self.state = started(system, options.start, options.period)
+        self._refuse_idle_starts()
+        self.run = self._integrated()
+        self.trace = self.run.trace
+        self.model = Model(system, self.parameters, options.duration, options.rho_inf)
+        if self.model.loops is not None and self.state is not None:
+            self.model.restore(self.state)
+        if any(step.method == driver.ROSENBROCK for step in self.trace):
+            refuse_rosenbrock(self.model)
+        self.ny = self.model.nx + self.model.nu
+        self.nz = self.ny + 2 * self.model.nu
+        self.outputs = self._find_outputs()
+        self._projections: dict[int, Projection] = {}
+
+    def _refuse_idle_starts(self) -> None:
+        given = not isinstance(self.options.start, str)
+        for each in self.parameters:
+            if each.is_start and given and not isinstance(each, ModalStart):
+                raise InputError(f"parameter {each.name!r}: {GIVEN_START}")
+            if isinstance(each, ModalStart) and self.options.start != "rest":
+                raise InputError(f"parameter {each.name!r}: modes have start values where the run starts at rest")
+
+    def _prepared(self, system: System, state: SystemState | None) -> Traced:
+        o = self.options
+        return prepare(
+            system,
+            np.array([0.0, o.duration]),
+            start=state,
+            kind=Traced,
+            method=EXPLICIT_ONLY if system.closures else o.method,
+            rtol=o.rtol,
+            atol=o.atol,
+            step=o.step,
+            rho=o.rho_inf,
+            longest=o.max_step or np.inf,
+            ends=self.times[self.times > 0],
+            keeps_momenta=False,
+        )
+
+    def _integrated(self) -> Traced:
+        run = self._prepared(self.system, self.state)
+        outcome = run.run(lambda times, states: None, None)
+        if outcome.status != "done":
+            raise SimulationError(f"derivatives of a run that ends early: {outcome.message}")
+        return run
+
+    def _find_outputs(self) -> list[int]:
+        """Return after how many steps each output comes."""
+        ends = np.array([0.0, *(step.t + step.h for step in self.trace)])
+        found = [int(np.argmin(np.abs(ends - t))) for t in self.times]
+        for k, t in zip(found, self.times, strict=True):
+            if abs(ends[k] - t) > 1e-9 * self.options.duration:
+                raise SimulationError(f"no step of the run ends at the output time {t:g} s")
+        return found
+
+    @property
+    def moments(self) -> list[Moment]:
+        """The moments of the outputs."""
+        return [self.moment(k) for k in self.outputs]
+
+    def moment(self, k: int) -> Moment:
+        """Return the moment after k steps."""
+        return self.trace[k - 1].at(1.0) if k else self.trace[0].begin
+
+    @property
+    def states(self) -> np.ndarray:
+        """The states (nt, ny) at the outputs."""
+        return np.array([self.trace[k - 1].end if k else self.trace[0].y for k in self.outputs])
+
+    def start_slopes(self) -> np.ndarray:
+        """Return the derivatives (ny, np) of the state at the start by the parameters."""
+        found = np.zeros((self.ny, len(self.parameters)))
+        for k, each in enumerate(self.parameters):
+            if isinstance(each, ModalStart):
+                found[each.row, k] = 1.0
+            elif self.state is None or isinstance(self.options.start, str):
+                beside = neighbours(self.system, each)
+                found[:, k] = beside.derivative([self._start(other) for other in beside.systems])
+        return found
+
+    def _start(self, system: System) -> np.ndarray:
+        """Return the state at which a run of a system starts (ny,)."""
+        state = started(system, self.options.start, self.options.period)
+        return self._prepared(system, state).steps.y[: self.ny].copy()
+
+    def map(self, k: int) -> StepMap:
+        """Return the map of changes of step k."""
+        return MAPS[self.trace[k].method](self.model, self.trace[k])
+
+    def projection(self, output: int) -> Projection:
+        """Return the projection onto closed loops of the state at an output."""
+        if output not in self._projections:
+            k = self.outputs[output]
+            y = self.trace[k - 1].end if k else self.trace[0].y
+            self._projections[output] = Projection(Local(self.model, y, self.moment(k)))
+        return self._projections[output]
+
+    def closed(self, output: int, dy: np.ndarray) -> np.ndarray:
+        """Return changes (ny, np) of the state at an output, on closed loops."""
+        return dy if self.model.loops is None else self.projection(output).forward(dy)
+
+    def reverse_closed(self, output: int, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
+        """Return a gradient (ny,) by the state at an output, by that before it is closed."""
+        return bar if self.model.loops is None else self.projection(output).reverse(bar, bar_p)
+
+
+MAPS = {driver.EXPLICIT: ExplicitStep, driver.ROSENBROCK: RosenbrockStep, driver.ALPHA: AlphaStep}
+
+
+def refuse(system: System, options: Options) -> None:
+    """Refuse what has no derivatives here, in a sentence."""
+    refuse_other("derivatives of a run: the system", System, system)
+    check_span(options.duration, options.output_step, options.rtol, options.atol, options.method)
+    sliding = [c.name for c in system.closures if getattr(c, "friction_coefficient", 0.0)]
+    if sliding:
+        raise InputError(f"derivatives of a run: closure {sliding[0]!r} has friction, whose derivatives are not known")
+    if system.closures and options.method not in ("auto", EXPLICIT_ONLY):
+        raise InputError(
+            f"derivatives of a run of closed loops by {options.method!r} are not known; give method = 'explicit'"
+        )
+
+
+def refuse_rosenbrock(model: Model) -> None:
+    """Refuse what the Rosenbrock method takes into its matrix that changes with the state."""
+    moving = [j.name for j in model.system.joints if any(e.friction or e.limited for e in j.elements)]
+    springs = with_force_elements(None, model.evaluator.loading.arrays) is not None
+    if moving or springs:
+        what = f"friction or limits of joint {moving[0]!r}" if moving else "springs or bushings between bodies"
+        raise InputError(
+            f"derivatives of a run by 'rosenbrock' with {what} are not known; give method = 'explicit' or "
+            "'generalised_alpha'"
+        )

@@ -1,0 +1,107 @@
+"""A step of the Rosenbrock method as a map of changes, and its reverse.
+
+A stage solves ``ID(Y, k) + D_0 (r + h g k) + K_0 (h g s_0 + q + (h g)^2 k) = 0`` with the speeds ``s = s_0 + h g k``,
+the stiffness and damping K_0, D_0 of modes and hinges, and sums r, q, s_0 of the stages before (theory 5.3): its
+changes need the tangent of inverse dynamics at Y with k for the accelerations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.multibody.integration.rosenbrock import ALPHA, GAMMA, STAGES, WEIGHTS, G
+from modalprep.sensitivity.local import Local, Model
+from modalprep.sensitivity.tangent_maps import Kinematics
+from modalprep.sensitivity.trace import Step
+
+
+class Stage:
+    """A stage of a step: state Y, accelerations k, and what is linear in its changes."""
+
+    def __init__(self, model: Model, step: Step, Y: np.ndarray, c: float, sums: np.ndarray, linear: np.ndarray) -> None:
+        nx, wide = model.nx, step.h * G
+        rate, place = sums
+        own = Y[nx:] + rate
+        place = place + wide * own
+        K0, D0 = linear
+        model.at(step.at(c))
+        M = model.evaluator.mass(Y)
+        self.inverse = np.linalg.inv(M + np.diag(wide * D0 + wide**2 * K0))
+        push = model.evaluator.required(Y, np.zeros(model.nu)) + D0 * rate + K0 * place
+        self.k = -self.inverse @ push
+        self.local = Local(model, Y, step.at(c), self.k)
+        self.speed = own + wide * self.k
+        self.kinematics: Kinematics = model.layout.kinematics(np.concatenate([Y[:nx], self.speed]))
+        self.rate = np.concatenate([self.kinematics.rates_u @ self.speed, self.k])
+        self.by_linear = np.array([place + wide**2 * self.k, rate + wide * self.k])  # the residual by K_0 and D_0
+
+
+class RosenbrockStep:
+    """The four stages of a step."""
+
+    def __init__(self, model: Model, step: Step) -> None:
+        self.model, self.step, nu = model, step, model.nu
+        self.linear, self.linear_p = model.linear(step.y, step.begin)
+        self.stages: list[Stage] = []
+        for i in range(STAGES):
+            Y, sums = step.y.copy(), np.zeros((2, nu))
+            for j, before in enumerate(self.stages):
+                Y += step.h * ALPHA[i, j] * before.rate
+                sums += step.h * GAMMA[i, j] * np.array([before.k, before.speed])
+            self.stages.append(Stage(model, step, Y, float(ALPHA[i].sum()), sums, self.linear))
+        rates = [w * stage.rate for w, stage in zip(WEIGHTS, self.stages, strict=True)]
+        self.raw = step.y + step.h * sum(rates, np.zeros_like(step.y))
+        self.force_p = [
+            stage.local.force_p + np.einsum("ck,ckp->kp", stage.by_linear, self.linear_p) for stage in self.stages
+        ]
+
+    def forward(self, dz: np.ndarray) -> np.ndarray:
+        """Return the changes (ny + 2 nu, np) after the step."""
+        nx, ny, h = self.model.nx, len(self.step.y), self.step.h
+        wide = h * G
+        K0, D0 = self.linear[:, :, None]
+        rates: list[np.ndarray] = []
+        speeds: list[np.ndarray] = []
+        for i, stage in enumerate(self.stages):
+            Y, rate, place = dz[:ny].copy(), 0.0, 0.0
+            for j in range(i):
+                Y += h * ALPHA[i, j] * rates[j]
+                rate = rate + h * GAMMA[i, j] * rates[j][nx:]
+                place = place + h * GAMMA[i, j] * speeds[j]
+            own = Y[nx:] + rate
+            local = stage.local
+            force = local.K @ (local.kinematics.increments @ Y[:nx]) + local.D @ Y[nx:] + self.force_p[i]
+            k = -stage.inverse @ (force + D0 * rate + K0 * (place + wide * own))
+            speeds.append(own + wide * k)
+            rates.append(np.vstack([stage.kinematics.rates_x @ Y[:nx] + stage.kinematics.rates_u @ speeds[i], k]))
+        after = dz[:ny] + h * sum((w * each for w, each in zip(WEIGHTS, rates, strict=True)), np.zeros_like(rates[0]))
+        found = np.zeros_like(dz)
+        found[:ny] = self.model.layout.normalised(self.raw, after)
+        return found
+
+    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
+        """Return the gradient (ny + 2 nu,) by the state before; that by the parameters is added to `bar_p`."""
+        nx, ny, h = self.model.nx, len(self.step.y), self.step.h
+        wide = h * G
+        K0, D0 = self.linear
+        after = self.model.layout.normalised(self.raw, bar[:ny, None])[:, 0]  # a symmetric map
+        rates = [h * w * after for w in WEIGHTS]
+        speeds = [np.zeros(ny - nx) for _ in WEIGHTS]
+        before = after.copy()
+        for i in range(STAGES - 1, -1, -1):
+            stage, local = self.stages[i], self.stages[i].local
+            speed = speeds[i] + stage.kinematics.rates_u.T @ rates[i][:nx]
+            mu = stage.inverse.T @ (rates[i][nx:] + wide * speed)
+            bar_p -= self.force_p[i].T @ mu
+            own = speed - wide * K0 * mu
+            rate, place = own - D0 * mu, -K0 * mu
+            x = stage.kinematics.rates_x.T @ rates[i][:nx] - local.kinematics.increments.T @ (local.K.T @ mu)
+            Y = np.concatenate([x, own - local.D.T @ mu])
+            before += Y
+            for j in range(i):
+                rates[j] += h * ALPHA[i, j] * Y
+                rates[j][nx:] += h * GAMMA[i, j] * rate
+                speeds[j] += h * GAMMA[i, j] * place
+        found = np.zeros_like(bar)
+        found[:ny] = before
+        return found

@@ -1,0 +1,119 @@
+"""A run with all its steps: what derivatives are taken along."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.integration.run import Integration
+from modalprep.sensitivity.local import Moment
+
+APART = 1e-12  # of the time: two steps between which nothing lies
+
+
+class Step(NamedTuple):
+    """A step that was taken.
+
+    Attributes
+    ----------
+    method : int
+        EXPLICIT, ROSENBROCK or ALPHA of `integration.driver`.
+    t, h : float
+        s, its begin and length.
+    stretch : (float, float)
+        Between breaks of functions of time, s.
+    y : (nx + nu,)
+        State at its begin.
+    end : (nx + nu,)
+        State at its end.
+    udot : (nu,)
+        Accelerations at its end.
+    ratio : float
+        Its length over that of the step before, 0 where the method begins.
+    algorithmic : (2, nu)
+        Algorithmic accelerations of generalised-alpha at begin and end.
+    """
+
+    method: int
+    t: float
+    h: float
+    stretch: tuple[float, float]
+    y: np.ndarray
+    end: np.ndarray
+    udot: np.ndarray
+    ratio: float
+    algorithmic: np.ndarray
+
+    @property
+    def begin(self) -> Moment:
+        """When it begins."""
+        return Moment(self.t, self.stretch)
+
+    def at(self, c: float) -> Moment:
+        """Return the moment of a stage, a share of the step after its begin."""
+        return Moment(self.t + c * self.h, self.stretch)
+
+
+class Traced(Integration):
+    """A run that keeps its steps.
+
+    Attributes
+    ----------
+    trace : list of Step
+    """
+
+    def __init__(self, *args, **options) -> None:
+        self.trace: list[Step] = []
+        self._stretch = (0.0, 0.0)
+        self._last = 0.0  # length of the last step of this method
+        super().__init__(*args, **options)
+
+    def _begin(self, begin: float, end: float) -> None:
+        self._last = 0.0
+        self._stretch = next(s for s in self.loading.stretches if s[0] <= begin < s[1])
+        super()._begin(begin, end)
+
+    @cached_property
+    def _advance(self) -> Callable[[int, float, int], int]:
+        advance = super()._advance
+
+        def one(method: int, stop: float, most: int) -> int:
+            taken = self._counted("steps")
+            code = advance(method, stop, 1)
+            if self._counted("steps") > taken:
+                self._keep(method)
+            return code
+
+        return one
+
+    def _keep(self, method: int) -> None:
+        """Keep the step that was accepted last."""
+        clock = self.steps.clock[0]
+        t, h = float(clock.begin), float(clock.last_step)
+        if self.trace and abs(self.trace[-1].t + self.trace[-1].h - t) > APART * max(1.0, abs(t)):
+            raise SimulationError(f"the steps of the run are not known near t = {t:.6g} s")
+        nx = self.packed.nx
+        ny = nx + self.packed.nu
+        step = Step(
+            method=method,
+            t=t,
+            h=h,
+            stretch=self._stretch,
+            y=self.steps.old[:ny].copy(),
+            end=self.steps.y[:ny].copy(),
+            udot=self.steps.ydot[nx:ny].copy(),
+            ratio=h / self._last if self._last > 0 else 0.0,
+            algorithmic=self.steps.K[1:3, : ny - nx].copy(),
+        )
+        self.trace.append(step)
+        self._last = h
+
+    @property
+    def method(self) -> str:
+        """Names of the methods of all steps, in their order."""
+        names = ("explicit", "rosenbrock", "generalised_alpha")
+        return ", ".join(dict.fromkeys(names[step.method] for step in self.trace))

@@ -1,0 +1,142 @@
+"""Systems whose runs are differentiated, and the derivatives of runs by differences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import modalprep as mp
+from modalprep.examples import uniform_beam
+from modalprep.multibody.model.constraints import Closure
+from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.sensitivity import Objective, changed
+from modalprep.sensitivity.course import Course, Options
+from modalprep.sensitivity.observed import Observer, find_channel
+from modalprep.sensitivity.parameters import find
+
+STEP = 1e-3  # of differences of runs, in sizes of the parameter
+PLACES, WEIGHTS = np.array([-2, -1, 1, 2]), np.array([1, -8, 8, -1]) / 12  # fourth order
+TIGHT = {"rtol": 1e-12, "atol": 1e-15}
+
+
+@dataclass
+class Case:
+    """A system, channels, parameters and a duration (s); options of the run."""
+
+    system: mp.System
+    channels: list[str]
+    parameters: list
+    duration: float
+    options: dict[str, Any] = field(default_factory=lambda: {"rtol": 1e-10})
+    fixed: bool = False  # the steps: then differences are of the same steps, without momenta restored
+
+    @property
+    def times(self):
+        return {"output_step": self.duration / 2}
+
+    def histories(self, values):
+        """Channels (3, nc) of a run with other values of the parameters."""
+        system = changed(self.system, self.parameters, values)
+        if self.fixed:
+            course = Course(system, [], Options(duration=self.duration, **self.times, **self.options))
+            return Observer(system, self.channels, self.duration).values(course.moments, course.states)
+        run = mp.simulate(system, self.duration, **self.times, **TIGHT, method="explicit")
+        where = [find_channel(run.channels, name) for name in self.channels]
+        return np.array([run[c.name] if c.component < 0 else run[c.name][:, c.component] for c in where]).T
+
+    def differences(self):
+        """Derivatives (np, 3, nc) of the channels by differences of runs."""
+        known = find(self.system, self.parameters)
+        at = np.array([each.value for each in known])
+        found = []
+        for k, each in enumerate(known):
+            runs = [self.histories(at + place * STEP * each.step * np.eye(len(at))[k]) for place in PLACES]
+            found.append(np.tensordot(WEIGHTS, runs, 1) / (STEP * each.step))
+        return np.array(found)
+
+    def forward(self):
+        return mp.run_sensitivities(
+            self.system, self.channels, self.parameters, self.duration, **self.times, **self.options
+        )
+
+    def gradient(self, weights):
+        """Gradient of the sum of the channels with weights (3, nc)."""
+        total = Objective(channels=tuple(self.channels), value=lambda t, h: (float(np.sum(weights * h)), weights))
+        return mp.gradient(self.system, total, self.parameters, self.duration, **self.times, **self.options)
+
+
+def block(name="block", mass=2.0):
+    ends = {"root": np.zeros(3), "tip": np.array([1.0, 0.2, 0])}
+    inertia = mass * np.diag([0.15, 0.4, 0.45])
+    return mp.rigid_body(name, mass=mass, centre=np.array([0.5, 0.1, 0.2]), inertia=inertia, interfaces=ends)
+
+
+def chain(**options):
+    """A sprung block, a beam with two modes on a ball joint."""
+    spring = HingeElement(stiffness=20.0, damping=0.3)
+    joints = (
+        mp.Joint(
+            name="root", type="revolute", parent="ground", child="block", axis=(0, 1, 0), angle=0.3, elements=spring
+        ),
+        mp.Joint(name="ball", type="spherical", parent="block.tip", child="arm", angular_velocity=(0.3, 0.2, -0.5)),
+    )
+    system = mp.System(bodies={"block": block(), "arm": uniform_beam(modes=2)}, joints=joints, gravity=(0, 0, -9.81))
+    channels = ["root.angle", "arm.modal.1", "ball.quaternion.2", "arm.tip.position.x", "ball.force.z"]
+    names = ["root.stiffness", "root.damping", "root.angle", "gravity.z", "block.mass", "arm.mode_stiffness.1"]
+    return Case(system, channels, [*names, "arm.mode_damping.2", "ball.angular_velocity.x"], 0.1, **options)
+
+
+def satellite(**options):
+    """A free block with a beam on a sprung hinge: nothing holds it."""
+    spring = HingeElement(stiffness=50.0, damping=1.0)
+    joints = (
+        mp.Joint(name="hub", type="free", parent="ground", child="block", angular_velocity=(0.3, 2.0, -0.5)),
+        mp.Joint(name="wing", type="revolute", parent="block.tip", child="arm", angle=0.2, elements=spring),
+    )
+    system = mp.System(bodies={"block": block(), "arm": uniform_beam(modes=2)}, joints=joints)
+    channels = ["wing.angle", "arm.modal.1", "hub.displacement.1", "hub.quaternion.3"]
+    return Case(
+        system, channels, ["wing.stiffness", "wing.angle", "hub.angular_velocity.z", "block.mass"], 0.1, **options
+    )
+
+
+def four_bar():
+    """A four-bar linkage in motion; the place of its second pivot is a parameter."""
+
+    def bar(name, mass, length):
+        ends = {"root": np.zeros(3), "end": np.array([length, 0, 0])}
+        inertia = mass * length**2 / 12 * np.eye(3)
+        return mp.rigid_body(name, mass=mass, centre=np.array([length / 2, 0, 0]), inertia=inertia, interfaces=ends)
+
+    bodies = {"crank": bar("crank", 1.0, 0.5), "coupler": bar("coupler", 2.0, 1.0), "rocker": bar("rocker", 1.5, 0.8)}
+    spring = HingeElement(stiffness=3.0, damping=0.1)
+    joints = (
+        mp.Joint(name="crank", type="revolute", parent="ground", child="crank", angle=1.2, rate=2.0, keep_start=True,
+                 elements=spring),
+        mp.Joint(name="knee", type="revolute", parent="crank.end", child="coupler", angle=-1.0),
+        mp.Joint(name="pivot", type="revolute", parent="ground", child="rocker", position=(1.0, 0, 0), angle=1.9),
+    )  # fmt: skip
+    pin = Closure(name="pin", type="spherical", a="coupler.end", b="rocker.end")
+    system = mp.System(bodies=bodies, joints=joints, closures=(pin,), gravity=(0, -9.81, 0))
+    channels = ["crank.angle", "pivot.rate", "pin.force.x", "coupler.end.position.y"]
+    names = ["crank.stiffness", "crank.angle", "crank.rate", "pivot.position.x", "coupler.mass", "gravity.y"]
+    return Case(system, channels, names, 0.2)
+
+
+def fixed(method):
+    """Options of a run with fixed steps, the same for the differences."""
+    given = {"method": method, "step": 5e-3, "rtol": 1e-10, "atol": 1e-15}  # rtol: of the iterations of a step
+    return {"options": given, "fixed": True}
+
+
+CASES = {
+    "chain": chain,
+    "satellite": satellite,
+    "four bar": four_bar,
+    "chain by rosenbrock": lambda: chain(**fixed("rosenbrock")),
+    "satellite by rosenbrock": lambda: satellite(**fixed("rosenbrock")),
+    "chain by generalised-alpha": lambda: chain(**fixed("generalised_alpha")),
+    "satellite by generalised-alpha": lambda: satellite(**fixed("generalised_alpha")),
+}
