@@ -36,6 +36,7 @@ LAYERS = {
     "fe": (
         "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
         "readers.coverage", "readers.numbers", "readers.text", "readers.units", "readers.loads", "readers.systems",
+        "readers.entries", "readers.matrix_elements",
         "readers.nastran", "readers.abaqus", "readers.ansys",
         "readers", "generation", "forms", "assembly", "terms", "assembly.assemble", "recovery", "sensitivity",
         "external",
@@ -88,8 +89,9 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     },
     # of the model, what the cells of a mesh are, and how matrices of other programs are read
     ("formats", "fe"): {
-        "fe.mesh.cells", "fe.mesh.facets", "fe.mesh.mesh", "fe.readers.abaqus.lexer",
-        *(f"fe.external.{name}" for name in "abaqus archive entries files model output4".split()),
+        "fe.mesh.cells", "fe.mesh.facets", "fe.mesh.mesh", "fe.readers.abaqus.lexer", "fe.readers.abaqus.matrices",
+        "fe.readers.entries",
+        *(f"fe.external.{name}" for name in "archive files model output4".split()),
     },
     ("report", "fe"): {"fe.mesh.cells", "fe.mesh.facets"},
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from modalprep.fe.mesh.cyclic import CyclicSymmetry as CyclicSymmetry
     from modalprep.fe.mesh.mesh import Equation as Equation
     from modalprep.fe.mesh.mesh import Link as Link
+    from modalprep.fe.mesh.mesh import MatrixElement as MatrixElement
     from modalprep.fe.mesh.mesh import Mesh as Mesh
     from modalprep.fe.mesh.mesh import SupportSet as SupportSet
     from modalprep.fe.properties.materials import Anisotropic as Anisotropic

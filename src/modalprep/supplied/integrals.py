@@ -7,7 +7,7 @@ open, of its mass tensor P everything but the sum ``P_11 + P_22 + P_33``.
 In the four functions of mass.py, orthonormal in the mass, a mode has the coordinates B (3, 4) and the body at rest the
 coordinates (centre, F) with ``F F^T = E_c``. The momentum fixes the part of B that is a rigid motion,
 ``[S / sqrt(m), w~ F]`` with ``J_c w = C_c``; the part orthogonal to it, a homogeneous strain, is taken from what M says
-about the boundary nodes (fe/external/mass.py), as far as the mode's kinetic energy allows.
+about the boundary nodes (fe/assembly/matrix_mass.py), as far as the mode's kinetic energy allows.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
 from modalprep.errors import InputError
-from modalprep.fe.external.checks import real_square, symmetric
+from modalprep.fe.assembly.matrix_checks import real_square, symmetric
 from modalprep.supplied.integrals import Rigid
 
 NEGATIVE = 1e-6  # eigenvalue of a matrix with unit diagonal: cards of seven digits

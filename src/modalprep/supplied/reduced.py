@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import rigid_mass_matrix
 from modalprep.errors import InputError
-from modalprep.fe.external.mass import linear_vectors
+from modalprep.fe.assembly.matrix_mass import linear_vectors
 from modalprep.fe.external.model import unit_factors
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_modes

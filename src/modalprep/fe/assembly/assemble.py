@@ -15,6 +15,7 @@ from modalprep.fe.assembly.forms import FORMS, FormsName
 from modalprep.fe.assembly.free_faces import with_free_faces
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.link_stiffness import LinkStiffness
+from modalprep.fe.assembly.matrix_elements import MatrixSum, matrix_nodes, sum_matrices
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.offset_area import offset_areas
 from modalprep.fe.assembly.parts import Elements, Part, find_parts, refuse_disconnected, used_nodes
@@ -116,17 +117,18 @@ def assemble(
     added = {name: term if isinstance(term, Term) else term.term() for name, term in (terms or {}).items()}
     boundary = {spec.group for spec in (*interfaces.values(), *connections.values(), *supports.values()) if spec.group}
     known = {name: section for name, section in sections.items() if name not in connections}
-    mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
+    mesh = connect(mesh, connections, _used(mesh, find_parts(mesh, known, boundary)[0]))
     parts, notes = find_parts(mesh, sections, boundary)
     held = held_nodes(mesh, supports, _with_dofs(mesh, parts))
     grounded = [*(support.nodes for support in held.values()), held_by_terms(mesh, added)]
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], grounded, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
-    refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, grounded, order[0]))
+    refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, grounded, order[0]), _used(mesh, parts))
     parts, unheld = with_free_faces(with_beam_arms(mesh, with_joined_offsets(mesh, parts)))
     parts, more = _without_unused_inertia(mesh, parts)
     tips = np.array([at[0] for name, at in nodes.items() if interfaces[name].kind == "node"], dtype=int)
     dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()), tips)
+    matrices = sum_matrices(mesh, dof, at[order[0]])
     placed = place(mesh, interfaces, nodes, at, dof, held)
     more += [*unheld, *placed.notes, *hidden_hinges(mesh, parts), *offset_areas(mesh, parts), *_odd_units(mesh, parts)]
     rule = MassRule(mass, mesh.coupled_mass)
@@ -134,14 +136,20 @@ def assemble(
         parts = with_slight_mass(parts, rule, mesh.points)
     structure = Structure(parts, mesh.points, dof, rule, at[order[0]])
     more += mesh.cyclic.notes if mesh.cyclic else ()
-    model = _sum(mesh, structure, FORMS[forms], at[order[0]], placed, (*mesh.notes, *notes, *more))
+    more += matrices.notes if matrices else ()
+    model = _sum(mesh, structure, FORMS[forms], matrices, at[order[0]], placed, (*mesh.notes, *notes, *more))
     return with_terms(model, mesh, added)
+
+
+def _used(mesh: Mesh, parts: list[Part]) -> np.ndarray:
+    """Return the nodes of elements and matrices."""
+    return np.union1d(used_nodes(parts), matrix_nodes(mesh))
 
 
 def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
     """Return the nodes of elements, and those that links or equations bring, such as the frames of couplings."""
     found = np.zeros(len(mesh.points), dtype=bool)
-    found[used_nodes(parts)] = True
+    found[_used(mesh, parts)] = True
     found[[link.node for link in mesh.links]] = True
     for equation in mesh.equations:
         found[equation.nodes] = True
@@ -151,7 +159,7 @@ def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
 def _interface_nodes(mesh, name, spec: Interface, grounded: list[np.ndarray], parts, root: bool) -> np.ndarray:
     """Return the nodes of an interface; one of kind support has those of all supports and foundations."""
     if spec.kind != "support":
-        return spec.nodes(mesh, used_nodes(parts))
+        return spec.nodes(mesh, _used(mesh, parts))
     held = np.unique(np.concatenate(grounded))
     if not root:
         raise InputError(f"interface {name!r} is of kind 'support', which only the root interface can be")
@@ -163,10 +171,11 @@ def _interface_nodes(mesh, name, spec: Interface, grounded: list[np.ndarray], pa
 
 
 def _tied(mesh: Mesh, interfaces, nodes: dict[str, np.ndarray], held: list[np.ndarray], root: str):
-    """Return the node sets that interfaces, links, equations, supports and foundations connect."""
+    """Return the node sets that interfaces, links, equations, matrices, supports and foundations connect."""
     framed = [at for name, at in nodes.items() if interfaces[name].kind != "node"]
     links = [np.append(link.nodes, link.node) for link in mesh.links]
-    return framed + links + [equation.nodes for equation in mesh.equations] + [np.concatenate([nodes[root], *held])]
+    joining = [own.nodes for own in (*mesh.equations, *mesh.matrices)]
+    return framed + links + joining + [np.concatenate([nodes[root], *held])]
 
 
 def _odd_units(mesh: Mesh, parts: list[Part]) -> list[str]:
@@ -186,11 +195,17 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
     return [root, *(name for name in names if name != root)]
 
 
-def _sum(mesh, structure: Structure, forms: ModelForms, origin, placed: Placed, notes) -> FEModel:
-    """Assemble the forms of the model over its elements."""
+def _sum(
+    mesh, structure: Structure, forms: ModelForms, matrices: MatrixSum | None, origin, placed: Placed, notes
+) -> FEModel:
+    """Assemble the forms of the model over its elements, and add the matrices of the mesh."""
     K = asm(forms.stiffness, structure)
     M = asm(forms.mass, structure)
     g, h = forms.linear(structure)
+    M_ab, rigid = forms.mass_tensor(structure), forms.rigid(structure)
+    if matrices:
+        K, M, g, h = K + matrices.K, M + matrices.M, g + matrices.g, h + matrices.h
+        M_ab, rigid = M_ab + matrices.M_ab, rigid + matrices.rigid
     constraints = constrain(placed.links, len(g), placed.equations, placed.kept)
     diagonal = abs(diagonal_of(K)) + abs(diagonal_of(M))
     C, free = without_unused_dofs(constraints.C, constraints.free, diagonal, placed.frames)
@@ -205,8 +220,8 @@ def _sum(mesh, structure: Structure, forms: ModelForms, origin, placed: Placed, 
         M=M,
         g=g,
         h=h,
-        M_ab=forms.mass_tensor(structure),
-        rigid=forms.rigid(structure),
+        M_ab=M_ab,
+        rigid=rigid,
         C=C,
         free=free,
         interfaces=placed.frames,
@@ -216,6 +231,7 @@ def _sum(mesh, structure: Structure, forms: ModelForms, origin, placed: Placed, 
         groups=Groups(list(groups), list(kinds), inertias, structure.masses, dof),
         elements=Elements(tuple(structure.parts), structure.rule),
         origin=origin,
+        terms=matrices.term if matrices else {},
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=(*notes, *constraints.notes),
         scale=mesh.scale,
@@ -233,6 +249,8 @@ def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], 
         turning[link.nodes] |= link.kind == "rbe2" and bool(link.components[..., 3:].any())
     for equation in mesh.equations:
         turning[equation.nodes[equation.coefficients[:, 3:].any(axis=1)]] = True
+    for own in mesh.matrices:
+        turning[own.rows[own.rows[:, 1] > 2, 0]] = True
     kept, notes = [], []
     for part in parts:
         section = part.section
@@ -258,6 +276,8 @@ def _number(mesh: Mesh, parts: list[Part], frames: int, tips: np.ndarray) -> np.
             width[link.nodes[np.isin(link.nodes, tips) & link.components[..., 3:].all(axis=-1)]] = 6
     for equation in mesh.equations:
         np.maximum.at(width, equation.nodes, 3 + 3 * equation.coefficients[:, 3:].any(axis=1))
+    for own in mesh.matrices:
+        np.maximum.at(width, own.rows[:, 0], 3 + 3 * (own.rows[:, 1] > 2))
     active = np.arange(6) < width[:, None]
     return np.where(active, np.cumsum(active).reshape(active.shape) - 1, -1)
 

@@ -174,10 +174,10 @@ def used_nodes(parts: list[Part]) -> np.ndarray:
     return np.flatnonzero(used)
 
 
-def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray]) -> None:
-    """Refuse a structure in several parts; `tied` lists the node sets that links and interfaces connect."""
+def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray], used: np.ndarray) -> None:
+    """Refuse `used` nodes in several parts; `tied` lists the node sets that links and interfaces connect."""
     groups = [part.nodes for part in parts] + [nodes[None] for nodes in tied]
-    count, small, where = smallest_part(groups, used_nodes(parts), points)
+    count, small, where = smallest_part(groups, used, points)
     if count > 1:
         raise InputError(
             f"the structure is in {count} disconnected parts, the smallest has {len(small)} nodes "

@@ -79,6 +79,12 @@ class MassTensor:
         total = {pair: self._pairs[pair] + own if pair in self._pairs else own for pair, own in pairs.items()}
         return MassTensor(self._dof, self._scalar, self._functions, total, self._n, self.exact)
 
+    def __add__(self, other: MassTensor) -> MassTensor:
+        """Return the sum with a tensor that has matrices over pairs alone."""
+        total = self.with_pairs(other._pairs)
+        total.exact = self.exact and other.exact
+        return total
+
     def project(self, Phi: np.ndarray) -> np.ndarray:
         """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; allocates a third of ``Phi (n_dof, n)``."""
         n = Phi.shape[1]

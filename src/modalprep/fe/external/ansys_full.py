@@ -9,10 +9,10 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.external.checks import COMPONENTS
-from modalprep.fe.external.entries import Found, Labelled, mirrored, refuse_hollow
+from modalprep.fe.assembly.matrix_checks import COMPONENTS
 from modalprep.fe.readers.ansys.read import turned_nodes
 from modalprep.fe.readers.deck_format import deck_format
+from modalprep.fe.readers.entries import Found, Labelled, mirrored, refuse_hollow
 
 FULL_FILE = -4  # word 1 of the header of matrices that are sorted by equations
 INTEGER, SHORT, PACKED = 1 << 31, 1 << 30, 0b111 << 27  # flags of a record

@@ -19,7 +19,7 @@ from numpy.lib import format as npy
 from scipy import sparse
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import Found, Labelled, cloud
+from modalprep.fe.readers.entries import Found, Labelled, cloud
 from modalprep.linalg.memory import available_memory
 
 CORNERS = {"Tet4": ("tetra", 4), "Tet10": ("tetra", 4), "Hex8": ("hexahedron", 8), "Hex20": ("hexahedron", 8)}

@@ -13,18 +13,18 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.external.abaqus import read_abaqus_matrix
 from modalprep.fe.external.ansys_full import read_full, refuse_turned
 from modalprep.fe.external.archive import read_archive
-from modalprep.fe.external.dmig import read_dmig
-from modalprep.fe.external.entries import Found, Labelled, cloud, in_basic_axes, together
 from modalprep.fe.external.matrix_market import BANNER, read_market
 from modalprep.fe.external.model import model_from_matrices, unit_factors
 from modalprep.fe.external.output4 import read_output4
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.abaqus.matrices import read_abaqus_matrix
 from modalprep.fe.readers.deck_format import deck_format
 from modalprep.fe.readers.digest import NASTRAN, matrices_digest
+from modalprep.fe.readers.entries import Found, Labelled, cloud, in_basic_axes, together
+from modalprep.fe.readers.nastran.dmig import read_dmig
 from modalprep.fe.readers.nastran.grids import deck_grids
 from modalprep.fe.readers.nastran.reader import read_cards
 from modalprep.fe.readers.read import read_cells

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import integers, mirrored, refuse_hollow
+from modalprep.fe.readers.entries import integers, mirrored, refuse_hollow
 
 BANNER = b"%%MatrixMarket"
 

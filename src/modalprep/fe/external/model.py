@@ -12,10 +12,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import InputError
 from modalprep.fe.assembly.assemble import root_first, without_unused_dofs
 from modalprep.fe.assembly.link_stiffness import LinkStiffness
-from modalprep.fe.assembly.model import FEModel, rigid_motions
-from modalprep.fe.assembly.placing import NOTHING, place
-from modalprep.fe.assembly.rotating_mass import RotatingMass
-from modalprep.fe.external.checks import (
+from modalprep.fe.assembly.matrix_checks import (
     Places,
     real_square,
     refuse_parts,
@@ -23,11 +20,14 @@ from modalprep.fe.external.checks import (
     refuse_unequal_mass,
     symmetric,
 )
-from modalprep.fe.external.entries import cloud
-from modalprep.fe.external.mass import linear_vectors, mass_tensor, rigid_inertia
+from modalprep.fe.assembly.matrix_mass import linear_vectors, mass_tensor, rigid_inertia
+from modalprep.fe.assembly.model import FEModel, rigid_motions
+from modalprep.fe.assembly.placing import NOTHING, place
+from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.links.constraints import constrain
 from modalprep.fe.links.interface import Interface, interface_position
 from modalprep.fe.mesh.mesh import Mesh, SupportSet
+from modalprep.fe.readers.entries import cloud
 from modalprep.fe.readers.read import LENGTH_UNITS, MASS_UNITS, refuse_units
 
 DRAWN = 20_000  # couplings of the stiffness that are drawn as lines, at most

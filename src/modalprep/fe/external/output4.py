@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import refuse_hollow
+from modalprep.fe.readers.entries import refuse_hollow
 
 KINDS = {1: (1, float), 2: (2, float), 3: (1, complex), 4: (2, complex)}  # words of 32 bits for each real number
 STRING = 65536  # an integer IS packs row + STRING * (length + 1)

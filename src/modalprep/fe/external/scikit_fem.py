@@ -12,8 +12,8 @@ from skfem.assembly import CellBasis
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.bases import group_bases
+from modalprep.fe.assembly.matrix_checks import Places, real_square, symmetric
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.external.checks import Places, real_square, symmetric
 from modalprep.fe.external.model import StressStiffness, model_from_matrices
 from modalprep.fe.external.skfem_nodes import Nodes, boundary_dofs, nodes_of
 from modalprep.fe.links.interface import Interface

@@ -73,6 +73,10 @@ def make_ring(
     cyclic = cyclic or mesh.cyclic
     if cyclic is None or cyclic.whole:
         raise InputError("the mesh has no cyclic symmetry to make a ring of; give that of a sector")
+    if mesh.matrices:
+        raise InputError(
+            f"the mesh has matrices ({mesh.matrices[0].name}), which cannot be copied around a ring; use [cyclic]"
+        )
     edges = sector_edges(mesh, cyclic, np.unique(np.concatenate([conn.ravel() for conn in mesh.cells.values()])))
     copies = _copies(mesh, cyclic, edges)
     return mesh.with_(

@@ -9,7 +9,7 @@ import numpy as np
 
 from modalprep.fe.mesh.analysis import AnalysisCase, LoadSet
 from modalprep.fe.mesh.cells import CELLS
-from modalprep.fe.mesh.mesh import Equation, Link, SupportSet
+from modalprep.fe.mesh.mesh import Equation, Link, MatrixElement, SupportSet
 from modalprep.fe.mesh.tables import Table
 from modalprep.fe.properties.properties import Property
 
@@ -36,6 +36,7 @@ class MeshBuilder:
         self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
         self.links: list[Link] = []
         self.equations: list[Equation] = []
+        self.matrices: list[MatrixElement] = []
         self.supports: dict[str, SupportSet] = {}
         self.loads: dict[str, LoadSet] = {}
         self.cases: list[AnalysisCase] = []
@@ -118,6 +119,7 @@ class MeshBuilder:
             "properties": self.properties,
             "links": tuple(self.links),
             "equations": tuple(self.equations),
+            "matrices": tuple(self.matrices),
             "supports": self.supports,
             "loads": self.loads,
             "cases": tuple(self.cases),

@@ -60,6 +60,7 @@ def join_meshes(meshes: Mapping[int, Mesh], same: Sequence[tuple[tuple[int, int]
         },
         links=tuple(link.renumbered(place[k]) for k, mesh in meshes.items() for link in mesh.links),
         equations=tuple(e.with_(nodes=place[k][e.nodes]) for k, mesh in meshes.items() for e in mesh.equations),
+        matrices=tuple(own.renumbered(place[k]) for k, mesh in meshes.items() for own in mesh.matrices),
         supports={
             prefix[k] + name: held.with_(nodes=place[k][held.nodes])
             for k, mesh in meshes.items()

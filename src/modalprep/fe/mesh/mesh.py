@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 from modalprep.verdicts.notes import with_warnings
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 FAR = 1e30  # m, beyond the universe: powers of it are still numbers
 
@@ -152,6 +156,47 @@ class SupportSet(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class MatrixElement(Record):
+    """Stiffness and mass between DOFs of mesh nodes that a file gives as numbers, such as a superelement.
+
+    Attributes
+    ----------
+    rows : (n, 2) int
+        Node and component (0 to 5: ux, uy, uz, rx, ry, rz along the mesh axes) of each row of the matrices.
+    K, M : (n, n) csr
+        Symmetric; SI.
+    name : str
+        For messages and tables: where the file has it.
+
+    References
+    ----------
+    Theory 1.9.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_array
+    >>> k = csr_array(np.array([[5.0, -5.0], [-5.0, 5.0]]))  # N/m
+    >>> spring = MatrixElement(rows=np.array([[0, 0], [3, 0]]), K=k, M=0 * k, name="line 8")
+    >>> spring.nodes, spring.renumbered(np.array([4, 5, 6, 7])).nodes
+    (array([0, 3]), array([4, 7]))
+    """
+
+    rows: np.ndarray
+    K: csr_array
+    M: csr_array
+    name: str
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """The sorted nodes (k,) that the matrices join."""
+        return np.unique(self.rows[:, 0])
+
+    def renumbered(self, place: np.ndarray) -> MatrixElement:
+        """Return the same matrices where node i is ``place[i]``."""
+        return self.with_(rows=np.stack([place[self.rows[:, 0]], self.rows[:, 1]], axis=1))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Mesh(Record, Viewed):
     """A mesh with named groups.
 
@@ -175,6 +220,8 @@ class Mesh(Record, Viewed):
         Rigid and averaging elements that the file carries.
     equations : tuple of Equation
         Multi-point constraints that the file carries.
+    matrices : tuple of MatrixElement
+        Stiffness and mass that the file carries as numbers.
     supports : {name: SupportSet}
         What the file holds, by the names of its sets.
     loads : {name: LoadSet}
@@ -212,6 +259,7 @@ class Mesh(Record, Viewed):
     properties: dict[str, Property] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
     equations: tuple[Equation, ...] = ()
+    matrices: tuple[MatrixElement, ...] = ()
     supports: dict[str, SupportSet] = field(default_factory=dict)
     loads: dict[str, LoadSet] = field(default_factory=dict)
     cases: tuple[AnalysisCase, ...] = ()

@@ -167,7 +167,7 @@ def _checked(mesh: Mesh, structural: Collection[str] | None, joined: Collection[
     springs = _spring_rows(mesh, structural)
     plain = {kind: ~np.isin(r, springs.get(kind, np.zeros(0, dtype=int))) for kind, r in rows.items()}
     links = [np.array([[link.node, *link.nodes]]) for link in mesh.links] + [_joined(mesh, which) for which in joined]
-    links += [equation.nodes[None] for equation in mesh.equations]
+    links += [joining.nodes[None] for joining in (*mesh.equations, *mesh.matrices)]
     shapes = {kind: shape for kind, conn in cells.items() if (shape := measure(kind, conn, mesh.points)) is not None}
     shells = _shells(mesh, cells, structural is None)
     return Checked(

@@ -10,11 +10,11 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.fe.external.abaqus import read_abaqus_matrix
-from modalprep.fe.external.entries import Found, cloud, together
 from modalprep.fe.external.files import deck_matrices, pick, read_nodes
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
+from modalprep.fe.readers.abaqus.matrices import read_abaqus_matrix
+from modalprep.fe.readers.entries import Found, cloud, together
 from modalprep.formats.bodies.described import Units
 from modalprep.formats.bodies.superelements import noted
 from modalprep.suggest import refuse_missing

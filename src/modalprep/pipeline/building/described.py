@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.model import AddedTerm, FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.materials import Anisotropic, Material
 from modalprep.fe.properties.points import PointMass
@@ -153,6 +153,13 @@ def section_table(sections: Mapping[str, Property], materials: Mapping[str, Any]
     return Table(name="properties", columns=("group", "type", "material", "dimensions"), rows=rows)
 
 
+def _of_term(term: AddedTerm) -> str:
+    """Return what a term is by what it has."""
+    if term.K is not None and term.M is not None:
+        return "stiffness and mass"
+    return "foundation" if term.M is None else "added mass"
+
+
 def _family(section: Property) -> str:
     return "point mass" if isinstance(section, PointMass) else type(section).__name__.lower()
 
@@ -209,7 +216,7 @@ def mass_table(model: FEModel, sections: Mapping[str, Property]) -> Table:
         rows.append((name, _family(sections[name]), count, size, mass, percent * mass))
     for name, term in model.terms.items():
         mass = 0.0 if term.M is None else float(R[:, 0] @ (term.M @ R[:, 0]))
-        rows.append((name, "foundation" if term.M is None else "added mass", "", 0.0, mass, percent * mass))
+        rows.append((name, _of_term(term), "", 0.0, mass, percent * mass))
     total = sum(row[4] for row in rows)
     assembled = float(R[:, 0] @ (model.M @ R[:, 0]))
     return Table(
@@ -250,13 +257,15 @@ def quality_table(quality: Quality) -> Table:
 
 
 def _links(pipeline: Pipeline, mesh: Mesh) -> list[Table]:
-    """Return the table of links, equations and connections, none without any."""
+    """Return the table of links, equations, matrices and connections, none without any."""
     rows = []
     for kind in dict.fromkeys(link.kind for link in mesh.links):
         own = [link for link in mesh.links if link.kind == kind]
         rows.append((kind, "of the mesh file", len(own), sum(len(link.nodes) for link in own)))
     if mesh.equations:
         rows.append(("equation", "of the mesh file", len(mesh.equations), sum(len(e.nodes) for e in mesh.equations)))
+    if mesh.matrices:
+        rows.append(("matrix", "of the mesh file", len(mesh.matrices), sum(len(own.nodes) for own in mesh.matrices)))
     for name, spec in pipeline_node_sets(pipeline, mesh)[1].items():
         rows.append((spec.kind, f"connection {name}", 1, len(spec.nodes(mesh, np.arange(len(mesh.points))))))
     return [Table(name="links", columns=("kind", "from", "number", "nodes"), rows=rows)] if rows else []

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 from shared_data import DATA
 
 import modalprep as mp
-from modalprep.fe.external.abaqus import read_abaqus_matrix
+from modalprep.fe.readers.abaqus.matrices import read_abaqus_matrix
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
 

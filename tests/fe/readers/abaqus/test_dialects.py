@@ -168,7 +168,7 @@ def test_the_beam_u1_of_calculix(read):
 
 
 def test_other_user_elements_are_refused(read):
-    with pytest.raises(mp.InputError, match="of TYPE=US3 is not read"):
+    with pytest.raises(mp.InputError, match="of TYPE=US3 is a subroutine"):
         read(BEAM + SECTION + STEEL + "*USER ELEMENT, TYPE=US3, NODES=3\n")
 
 

@@ -80,18 +80,18 @@ def test_what_is_left_out_has_its_first_line_and_a_remedy(read):
 
 
 def test_what_carries_stiffness_is_refused_unless_it_is_named(read):
-    text = GOOD + "CFAST,3,1,1,2\nRJOINT,4,1,2\nCFAST,4,1,1,2\nGENEL,5\n"
+    text = GOOD + "CFAST,3,1,1,2\nRJOINT,4,1,2\nCFAST,4,1,1,2\nCWELD,5\n"
     message = (
-        r"deck.bdf line 8: CFAST 3: This element has no counterpart here. The deck has 2 CFAST, 1 GENEL, 1 RJOINT; "
-        r"replace them, or leave them out by ignore = \['CFAST', 'GENEL', 'RJOINT'\]"
+        r"deck.bdf line 8: CFAST 3: This element has no counterpart here. The deck has 2 CFAST, 1 CWELD, 1 RJOINT; "
+        r"replace them, or leave them out by ignore = \['CFAST', 'CWELD', 'RJOINT'\]"
     )
     with pytest.raises(InputError, match=message):
         read(text)
-    with pytest.raises(InputError, match=r"GENEL 5: .*The deck has 1 GENEL; .*ignore = \['GENEL'\]"):
+    with pytest.raises(InputError, match=r"CWELD 5: .*The deck has 1 CWELD; .*ignore = \['CWELD'\]"):
         read(text, ignore=["cfast", "RJOINT"])
-    mesh = read(text, ignore=["cfast", "RJOINT", "GENEL"])
+    mesh = read(text, ignore=["cfast", "RJOINT", "CWELD"])
     assert mesh.notes == (
-        "left out: 2 CFAST (first in deck.bdf line 8), 1 RJOINT (deck.bdf line 9), 1 GENEL (deck.bdf line 11); the "
+        "left out: 2 CFAST (first in deck.bdf line 8), 1 RJOINT (deck.bdf line 9), 1 CWELD (deck.bdf line 11); the "
         "ignore of this mesh names them",
     )
 

@@ -64,8 +64,6 @@ def test_matrices_of_aerodynamics_are_left_out_with_a_note(read):
     [note] = [note for note in mesh.notes if "DMI" in note]
     assert all(f"{count} {name}" in note for count, name in ((2, "DMI"), (1, "AERO"), (1, "SPLINE1"), (1, "AEFACT")))
     assert note.endswith("they carry no stiffness, mass or constraints")
-    with pytest.raises(InputError, match="Matrices of a deck are read by"):
-        read(GRIDS + BAR + PBAR + STEEL + "DMIG,K2GG,0,6,1,0\n")
 
 
 PLY = "PCOMP,91\n,20,.1,0.,,20,.1,90.\nMAT8,20,1.+7,1.+6,.25,4.+5,4.+5,4.+5,1000.\n"

@@ -12,7 +12,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cyclic import CyclicSymmetry
-from modalprep.fe.mesh.mesh import Link
+from modalprep.fe.mesh.mesh import Link, MatrixElement
 from modalprep.fe.mesh.tables import Table
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.abaqus.dialect import Dialect, Spoken
@@ -59,6 +59,7 @@ class Deck:
     axes: dict[int, np.ndarray] = field(default_factory=dict)  # of the components at a node, by *TRANSFORM
     links: list[Link] = field(default_factory=list)
     equations: list[tuple[list[tuple[int, int, float]], str]] = field(default_factory=list)
+    matrices: list[MatrixElement] = field(default_factory=list)
     fixed: dict[int, set[int]] = field(default_factory=dict)  # components 0 to 5 by node
     cyclic: CyclicSymmetry | None = None
     notes: list[str] = field(default_factory=list)

@@ -14,6 +14,7 @@ from modalprep.fe.readers.abaqus.deck import LABEL, Deck
 from modalprep.fe.readers.abaqus.geometry import label_of
 from modalprep.fe.readers.abaqus.lexer import Block, Numbers, Row
 from modalprep.fe.readers.abaqus.numbered import Element, ElementBlock, Key
+from modalprep.fe.readers.abaqus.superelements import FAMILY, user_elements
 from modalprep.fe.readers.coverage import Entry, Treatment
 
 MOST = 1_000_000  # elements that one line may make
@@ -102,8 +103,16 @@ WITHOUT_COUNTERPART = {  # names: what to do instead
     "CAX4": ("C?G?AX.*|S?M?AX.*", "It is axisymmetric; mesh the whole body, with C3D8 or S4."),
     "CONN3D2": ("CONN.*", "Connectors are joints; give the joint in the system."),
     "GAPUNI": ("GAP.*", "A gap is open or closed; ignore it, or tie its nodes by *MPC or *SPRING."),
-    "Z1": (r"Z\d+", "It is a substructure; read its .mtx file as a body, and join the bodies by [welds]."),
-    "U2": (r"U[2-9]\d*|U1\d+|US\d", "Its matrix comes from a user; read the matrices of the whole body by [matrices]."),
+    "Z1": (
+        r"Z\d+",
+        "It is a substructure; read its .mtx file as a body, and join the bodies by [welds], or give it as a linear "
+        "*USER ELEMENT with *MATRIX.",
+    ),
+    "U2": (
+        r"U[2-9]\d*|U1\d+|US\d",
+        "Its *USER ELEMENT is not there or a subroutine; give a linear one with *MATRIX, or read the matrices of the "
+        "whole body by [matrices].",
+    ),
 }
 INCOMPATIBLE = (
     "have incompatible modes here, and no hourglasses: a plate in one layer has its first frequency 0.1 % high, where "
@@ -143,6 +152,8 @@ def type_of(name: str) -> Type | None:
 def elements(deck: Deck, block: Block) -> None:
     """``*ELEMENT``."""
     given = block.option("TYPE").upper().replace(" ", "")
+    if user_elements(deck, block, given):
+        return
     known = type_of(given)
     if known is None:
         if block.rows:
@@ -156,7 +167,7 @@ def elements(deck: Deck, block: Block) -> None:
             deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, keys))
         block.numbers = None  # their memory is free
         return
-    for row in _joined(block.rows, count + 1):
+    for row in block.joined_by(count + 1):
         label = _add(deck, row, block.scope, given, known, count)
         if block.options.get("ELSET"):
             deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, label))
@@ -208,15 +219,6 @@ def _in_rows(numbers: Numbers, width: int) -> tuple[np.ndarray, int] | None:
     return numbers.values[~blank].reshape(-1, width), height
 
 
-def user_element(deck: Deck, block: Block) -> None:
-    """``*USER ELEMENT``: of CalculiX' beam U1 it says what is known."""
-    if block.choice("TYPE") != "U1":
-        block.refuse(
-            f"of TYPE={block.options.get('TYPE', '')} is not read, only CalculiX' beam U1 is; read the matrices of a "
-            "body that has user elements by [matrices] or as [body] file"
-        )
-
-
 def _count(known: Type, given: str) -> int:
     if known.family == "rigid":
         return int(given[-1])
@@ -225,20 +227,6 @@ def _count(known: Type, given: str) -> int:
     if known.family == "dashpot":
         return 1 if given == "DASHPOT1" else 2
     return CELLS[known.cell].count
-
-
-def _joined(rows: list[Row], count: int) -> list[Row]:
-    """Join the lines of each element, without blanks: one that ends in a comma goes on while nodes are missing."""
-    joined: list[Row] = []
-    goes_on = False
-    for row in rows:
-        filled = [f for f in row.fields if f]
-        if goes_on:
-            joined[-1].fields.extend(filled)
-        else:
-            joined.append(Row(filled, row.file, row.line))
-        goes_on = not row.fields[-1] and len(joined[-1].fields) < count
-    return joined
 
 
 def _add(deck: Deck, row: Row, scope: str, given: str, known: Type, count: int) -> int:
@@ -346,6 +334,8 @@ def _repeat(deck: Deck, row: Row, scope: str, source: tuple[int, Element], nodes
     label, master = source
     if not own:
         return
+    if master.family == FAMILY:
+        raise row.error(f"element {label} is one of matrices, which are not repeated; list its copies")
     moved = []
     for node in (*master.nodes, *master.extra):
         of, number = deck.keys[node]

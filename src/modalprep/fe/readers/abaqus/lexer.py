@@ -178,6 +178,22 @@ class Block:
             fields += row.fields[:-1] if row.fields and not row.fields[-1] else row.fields
         return Row(fields, self.file, self.row(first).line)
 
+    def joined_by(self, count: int) -> list[Row]:
+        """Return the data lines of each entry as one, without blanks.
+
+        One that ends in a comma goes on while it has less than `count` fields.
+        """
+        joined: list[Row] = []
+        goes_on = False
+        for row in self.rows:
+            filled = [f for f in row.fields if f]
+            if goes_on:
+                joined[-1].fields.extend(filled)
+            else:
+                joined.append(Row(filled, row.file, row.line))
+            goes_on = not row.fields[-1] and len(joined[-1].fields) < count
+        return joined
+
     def made(self, kind: Any, **values: Any) -> Any:
         """Return ``kind(**values)``; a value that it refuses is refused by this keyword."""
         try:

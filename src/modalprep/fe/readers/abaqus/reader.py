@@ -21,12 +21,13 @@ from modalprep.fe.readers.abaqus.elements import note_others
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
 from modalprep.fe.readers.abaqus.registry import IN_STEPS, REGISTRY, STAGES, WITHOUT_EFFECT
+from modalprep.fe.readers.abaqus.superelements import note_idle_matrices, refuse_turned_nodes
 from modalprep.fe.readers.abaqus.ties import tie_equations
 from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
 
 ADVICE = "nobody knows whether they carry mass, stiffness or constraints; check the spelling, or model them otherwise"
-BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS"}  # belong to the keyword before
+BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS", "MATRIX"}  # belong to the keyword before
 PLANE = "plane"  # name of the set of supports that keeps plane stress in its plane
 BOUNDARY = "boundary"  # name of the set of supports, and of their group
 KEPT = {("SURFACE", "TYPE"), ("ORIENTATION", "LOCAL DIRECTIONS")}  # parameters that count where something uses them
@@ -85,6 +86,8 @@ def read_abaqus(
         for block in blocks:
             _skip_unread(deck, block)
         note_others(deck)
+        refuse_turned_nodes(deck)
+        note_idle_matrices(deck)
         read_steps(deck, of_steps, IN_STEPS, QUIET)
         return _mesh(deck, sha256)
 
@@ -130,7 +133,7 @@ def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> tuple[l
         else:
             if block.keyword in BEHIND:
                 block.owner = owner
-            elif block.keyword == "COUPLING" or block.keyword.endswith("SECTION"):
+            elif block.keyword in ("COUPLING", "USER ELEMENT") or block.keyword.endswith("SECTION"):
                 owner = block
             kept.append(block)
     _refuse_absent(deck, ignored, blocks)
@@ -180,6 +183,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         raise InputError(f"mesh file {deck.path} holds no {'cells' if deck.points else 'nodes'}; export it again")
     turning = deck.elements.nodes_of(frozenset(ROTATING))
     turning |= {link.node for link in deck.links}
+    turning |= {int(node) for own in deck.matrices for node in own.rows[own.rows[:, 1] > 2, 0]}
     tie_equations(deck, turning)
     turn_rotation_nodes(deck)
     _free_held_means(deck)
@@ -199,6 +203,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         properties={names[key]: section for key, section in deck.sections.items()},
         links=tuple(link.renumbered(place) for link in deck.links),
         equations=tuple(_equations(deck, place, turning)),
+        matrices=tuple(own.renumbered(place) for own in deck.matrices),
         supports=(supports := _supports(deck, place)),
         loads=(loads := load_sets(deck, place)),
         cases=tuple(case for case in cases(deck, (BOUNDARY,) * (BOUNDARY in supports), loads) if not case.is_empty),

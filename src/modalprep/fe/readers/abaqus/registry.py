@@ -13,6 +13,7 @@ from modalprep.fe.readers.abaqus import (
     points,
     sections,
     sets,
+    superelements,
     ties,
 )
 from modalprep.fe.readers.coverage import Entry
@@ -30,6 +31,15 @@ PROCEDURES = (
     "MATRIX OUTPUT",
     "VISCO",
 )
+TYPES_OF_USERS = {
+    "USER ELEMENT": Entry(
+        "read",
+        "LINEAR, with its *MATRIX, and CalculiX' beam U1; subroutines and FILE are refused.",
+        superelements.user_element,
+    ),
+    "MATRIX": Entry("read", "Stiffness and mass of a linear user element.", superelements.matrix),
+    "MATRIX INPUT": Entry("read", "Symmetric, as text, also by INPUT.", superelements.matrix_input),
+}
 GEOMETRY = {
     "SYSTEM": Entry("read", "", geometry.system),
     "NODE": Entry("read", "SYSTEM R, C and S. Directions of normals in the lines are left out.", geometry.nodes),
@@ -37,7 +47,6 @@ GEOMETRY = {
     "NFILL": Entry("read", "Without BIAS and SINGULAR.", geometry.nfill),
     "NCOPY": Entry("read", "With SHIFT.", geometry.ncopy),
     "ELEMENT": Entry("read", "By its TYPE, see below.", elements.elements),
-    "USER ELEMENT": Entry("read", "Of CalculiX' beam U1; others are refused.", elements.user_element),
     "ELGEN": Entry("read", "", elements.elgen),
     "ELCOPY": Entry("read", "Without REFLECT.", elements.elcopy),
     "NSET": Entry("read", "A set is a group of vertices.", sets.node_or_element_set),
@@ -85,6 +94,15 @@ SECTIONS = {
     "ROTARY INERTIA": Entry("read", "", points.rotary_inertia),
     "SPRING": Entry("read", "Linear; SPRING2 in one component for both nodes.", points.spring),
     "DASHPOT": Entry("no effect", "Damping is given in the pipeline file.", points.dashpot),
+}
+MATRICES = {
+    "MATRIX ASSEMBLE": Entry(
+        "read",
+        "Of Abaqus by STIFFNESS, MASS and NSET, of CalculiX by STIFFNESS FILE and MASS FILE; damping is left out with "
+        "a note.",
+        superelements.matrix_assemble,
+    ),
+    "UEL PROPERTY": Entry("read", "Of linear user elements; their damping is left out.", superelements.uel_property),
 }
 CONSTRAINTS = {
     "TIE": Entry(
@@ -145,7 +163,7 @@ IN_STEPS = {
     "GLOBAL DAMPING": Entry("read", "For modalprep init.", analysis.global_damping),
     "RETAINED NODAL DOFS": Entry("read", "A group of this name, for interfaces of modalprep init.", analysis.retained),
 }
-STAGES = (GEOMETRY, MATERIALS, AXES, SECTIONS, CONSTRAINTS)
+STAGES = (TYPES_OF_USERS, GEOMETRY, MATERIALS, AXES, SECTIONS, MATRICES, CONSTRAINTS)
 
 STRUCTURE = dict.fromkeys(
     ("INCLUDE", "PART", "END PART", "INSTANCE", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"), Entry("read")
@@ -240,7 +258,6 @@ REFUSED = {
             "CONNECTOR SECTION",
             "CONNECTOR BEHAVIOR",
             "CONNECTOR ELASTICITY",
-            "UEL PROPERTY",
             "USER SECTION",
             "BUSHING",
             "FLUID SECTION",
@@ -254,12 +271,7 @@ REFUSED = {
             "SHEAR CENTER",
             "SHELL TO SOLID COUPLING",
         ),
-        "Matrices of a deck are read by [matrices], a substructure as [body] file.": (
-            "MATRIX",
-            "MATRIX INPUT",
-            "MATRIX ASSEMBLE",
-            "SUBSTRUCTURE PROPERTY",
-        ),
+        "A substructure is read as [body] file, or as a linear *USER ELEMENT with *MATRIX.": ("SUBSTRUCTURE PROPERTY",),
         "It carries mass that has no counterpart here.": ("NONSTRUCTURAL MASS", "FIXED MASS SCALING"),
         "It carries constraints that have no counterpart here.": (
             "CONTACT PAIR",
@@ -283,6 +295,8 @@ TYPES = {f"ELEMENT, TYPE={name}": known.entry for name, known in elements.TYPES.
 TYPES |= {f"ELEMENT, TYPE={name}": Entry("refused", why) for name, (_, why) in elements.WITHOUT_COUNTERPART.items()}
 
 REGISTRY: dict[str, Entry] = {
+    **TYPES_OF_USERS,
+    **MATRICES,
     **GEOMETRY,
     **MATERIALS,
     **AXES,

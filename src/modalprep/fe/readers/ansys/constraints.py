@@ -39,7 +39,7 @@ def _add_supports(b: Builder) -> None:
             )
     if held:
         nodes = sorted(held)
-        axes = np.array([_axes(b, node) for node in nodes])
+        axes = np.array([axes_at_node(b, node) for node in nodes])
         b.supports[SUPPORTS] = SupportSet(
             nodes=np.array(nodes), components=np.array([held[node] for node in nodes]), axes=axes
         )
@@ -48,7 +48,8 @@ def _add_supports(b: Builder) -> None:
             b.append("vertex", [node], SUPPORTS)
 
 
-def _axes(b: Builder, row: int) -> np.ndarray:
+def axes_at_node(b: Builder, row: int) -> np.ndarray:
+    """Return the rows e1, e2, e3 of the displacements of a node."""
     return axes_of(np.array(b.deck.angles.get(int(b.labels[row]), [0.0] * 3)))
 
 
@@ -59,7 +60,7 @@ def _add_equation(b: Builder, name: str, terms: list[tuple[int, int, float]]) ->
         what = f"node {missing[0]} is not in the deck" if missing else "it has no terms"
         raise InputError(f"mesh file {b.deck.path}: {name}: {what}; export the model again")
     rows = [(b.row[node], component, factor) for node, component, factor in terms]
-    axes = {row: _axes(b, row) for row, _, _ in rows}
+    axes = {row: axes_at_node(b, row) for row, _, _ in rows}
     b.equations.append(Equation.of_terms(rows, length=b.units.length, name=name, axes=axes))
 
 

@@ -11,6 +11,7 @@ from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Shell, Solid
 from modalprep.fe.readers.ansys.builder import Builder
 from modalprep.fe.readers.ansys.deck import Element
+from modalprep.fe.readers.ansys.matrices import add_matrix
 from modalprep.fe.readers.coverage import Entry
 
 # Places in the list I, J, ... of a brick of the corners and the mid-side nodes of what it degenerates to.
@@ -292,8 +293,12 @@ ELEMENTS: dict[str, Entry] = {
     **{f"CONTA{k}": Entry("refused", CONTACT) for k in (171, 172, 173, 174, 175, 176, 177, 178)},
     **{f"TARGE{k}": Entry("refused", CONTACT) for k in (169, 170)},
     "PRETS179": Entry("approximated", "The section is closed, as after tightening; no force acts.", _pretension),
-    "MATRIX27": Entry("refused", "A matrix of its own cannot be read; give springs and masses."),
-    "MATRIX50": Entry("refused", "Superelements cannot be read from a deck."),
+    "MATRIX27": Entry("read", "Symmetric stiffness and mass; damping is left out with a note.", add_matrix),
+    "MATRIX50": Entry(
+        "refused",
+        "A superelement is in a binary file of its own; read the .full file of its generation pass by [matrices] as a "
+        "body, and join the bodies by [welds].",
+    ),
     "COMBIN39": Entry("refused", "A nonlinear spring has no stiffness of its own; give COMBIN14."),
     "COMBIN40": Entry("refused", "A combination with a gap is not linear; give COMBIN14."),
     "COMBI214": Entry("refused", "Bearings are force elements of a system, not of a body."),

@@ -21,6 +21,7 @@ from modalprep.fe.readers.nastran.cards import INTEGER, Card
 from modalprep.fe.readers.nastran.elements import note_integration
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.handedness import turn_left_handed
+from modalprep.fe.readers.nastran.matrices import add_matrices
 from modalprep.fe.readers.nastran.nonstructural import add_nonstructural_mass
 from modalprep.fe.readers.nastran.points import add_scalar_masses
 from modalprep.fe.readers.nastran.reader import Deck, one_by_one, read_cards
@@ -135,6 +136,7 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | N
     note_integration(builder)
     add_scalar_masses(builder)
     add_nonstructural_mass(builder, path)
+    add_matrices(builder, path)
     nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     add_cases(builder, path)

@@ -13,6 +13,7 @@ from modalprep.fe.readers.nastran import (
     elements,
     links,
     loads,
+    matrices,
     nonstructural,
     points,
     superelements,
@@ -69,6 +70,7 @@ LISTS = (
     "BAROR",
     "BEAMOR",
     "PARAM",
+    "DMIG",
     "SPOINT",
     "SPCADD",
     *constraints.LISTS,
@@ -92,7 +94,8 @@ REMARKS = {
     "CGAP": "As a spring, open or closed, as gaps of the mesh says; refused without. Preload is left out.",
     "PTUBE": "A taper is replaced by its mean.",
     "MAT2": "For shells, where it is orthotropic along the material's axes.",
-    "PARAM": "WTMASS and COUPMASS are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others do nothing.",
+    "PARAM": "WTMASS, COUPMASS, CK2 and CM2 are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others "
+    "do nothing.",
     "CELAS1": "Between distant grids it acts through rigid arms to the middle.",
     "CELAS2": "Between distant grids it acts through rigid arms to the middle.",
     "CBEND": "Sixteen straight beams between new grids follow the arc.",
@@ -113,6 +116,9 @@ REMARKS = {
     "PLOAD1": "Along basic axes or along the beam (FX, FY, FZ, FXE); others are said by modalprep init.",
     "LOAD": "The sum of loads; the mesh's load of its number.",
     **dict.fromkeys(analysis.LISTS, "For modalprep init: count and band of modes, damping."),
+    "DMIG": "Where K2GG or M2GG of the case control selects it, with factors and the parameters CK2, CM2, as stiffness "
+    "and mass beside the elements; others are left out with a note. A deck of matrices alone is one for [matrices].",
+    "GENEL": "With K or Z, and S as given or of a rigid motion. A K that resists rigid motions is refused.",
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
 APPROXIMATED = {
@@ -140,7 +146,7 @@ BLSEG BFRIC BSURF BSURFS BCTSET SESET SEBSET SEELT RELEASE EXTRN
 DAMPING = (
     "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC PDAMP PDAMP5 PVISC CBUSH1D PBUSH1D PBUSHT PELAST PDAMPT MATT1 MATS1 MATT8"
 )
-MATRICES = "DMIG DMIAX TF GENEL"
+MATRICES = "DMIAX TF"
 AERODYNAMICS = (
     "DMI DMIJ DMIJI DMIK AERO AEROS AEFACT AELINK AELIST AEPARM AEPRESS AESTAT AESURF AESURFS AECOMP AECOMPL "
     "CAERO1 CAERO2 CAERO3 CAERO4 CAERO5 PAERO1 PAERO2 PAERO3 PAERO4 PAERO5 SPLINE1 SPLINE2 SPLINE3 SPLINE4 SPLINE5 "
@@ -153,7 +159,7 @@ REFUSED = {
         "This element has no counterpart here.",
     ),
     **dict.fromkeys("PBCOMP PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
-    **dict.fromkeys(MATRICES.split(), "Matrices of a deck are read by [matrices]."),
+    **dict.fromkeys(MATRICES.split(), "This matrix is not read."),
     **dict.fromkeys(
         "MPCY RJOINT RSSCON RTRPLT RTRPLT1 RBAR1 CYJOIN CYAX".split(),
         "This constraint is not read.",
@@ -191,7 +197,7 @@ def _registry() -> dict[str, Entry]:
     }
     for family, names in FAMILIES.items():
         found |= _read(names.split(), (Table(family) for _ in names.split()))
-    handlers = {**elements.HANDLERS, **points.HANDLERS, **links.HANDLERS}
+    handlers = {**elements.HANDLERS, **points.HANDLERS, **links.HANDLERS, **matrices.HANDLERS}
     return dict(sorted((found | _read(handlers, handlers.values())).items()))
 
 

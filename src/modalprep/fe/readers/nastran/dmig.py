@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import Labelled, labelled, mirrored
+from modalprep.fe.readers.entries import Labelled, labelled, mirrored
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.reader import read_cards
 

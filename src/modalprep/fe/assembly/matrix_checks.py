@@ -126,8 +126,7 @@ def refuse_unequal_mass(G: np.ndarray, m: float, s0: np.ndarray, size: float) ->
 
 def refuse_strain(K: csr_array, R: np.ndarray, where: Callable[[int], str]) -> None:
     """Refuse a stiffness that resists the rigid motions ``R (n, 6)``."""
-    terms = abs(K) @ np.abs(R)
-    moved = np.abs(K @ R) / np.maximum(terms, max(NOISE * terms.max(), np.finfo(float).tiny))
+    moved = strain_of_motion(K, R)
     if moved.max() > RIGID:
         k, c = (int(x) for x in np.unravel_index(np.argmax(moved), moved.shape))
         what = f"{('translation along', 'rotation about')[c // 3]} {'xyz'[c % 3]}"
@@ -136,6 +135,12 @@ def refuse_strain(K: csr_array, R: np.ndarray, where: Callable[[int], str]) -> N
             "it has supports, it or the nodes have fewer than ten digits, its rows are in another order, or the nodes "
             "in another unit; export the unsupported structure in global axes, or say which row is which DOF"
         )
+
+
+def strain_of_motion(K: csr_array, R: np.ndarray) -> np.ndarray:
+    """Return the forces (n, 6) of the rigid motions ``R (n, 6)`` over those of their absolute terms."""
+    terms = abs(K) @ np.abs(R)
+    return np.abs(K @ R) / np.maximum(terms, max(NOISE * terms.max(initial=0.0), np.finfo(float).tiny))
 
 
 def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Places) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.external.entries import Labelled, integers, labelled, mirrored, refuse_hollow
+from modalprep.fe.readers.entries import Labelled, integers, labelled, mirrored, refuse_hollow
 
 ENTRY = {3: "row, column, value", 5: "node, dof, node, dof, value"}
 
@@ -79,7 +79,7 @@ def _substructure(lines: list[str]) -> dict[str, Labelled]:
     for k, end in zip(blocks, [*blocks[1:], len(lines)], strict=True):
         kind = lines[k].upper().replace(" ", "").partition("TYPE=")[2]
         data = [line for line in lines[k + 1 : end] if line and not line.startswith("*")]
-        found[kind.lower()] = Labelled(_packed(_numbers(data), len(rows), full), rows)
+        found[kind.lower()] = Labelled(packed(_numbers(data), len(rows), full), rows)
     return found
 
 
@@ -101,7 +101,19 @@ def _rows(lines: list[str]) -> np.ndarray:
     return np.array(rows)
 
 
-def _packed(values: np.ndarray, n: int, full: bool) -> csr_array:
+def packed(values: np.ndarray, n: int, full: bool) -> csr_array:
+    """Return the matrix (n, n) of its lower triangle row by row, or where `full` of all its rows.
+
+    Raises
+    ------
+    ValueError
+        When there are too many or too few values.
+
+    Examples
+    --------
+    >>> packed(np.array([2.0, 1.0, 3.0]), 2, full=False).toarray().tolist()
+    [[2.0, 1.0], [1.0, 3.0]]
+    """
     wanted = n * n if full else n * (n + 1) // 2
     if len(values) != wanted:
         raise ValueError(f"a matrix of {n} dofs has {len(values)} of {wanted} values")
