@@ -18,7 +18,7 @@ from modalprep.pipeline.building import compute
 from modalprep.report.pictures import render
 
 LEAN = ("pyvista", "vtkmodules", "gmsh", "pypardiso", "pyyeti", "imageio_ffmpeg", "pandas", "xarray", "distributed",
-        "pyarrow")  # fmt: skip
+        "pyarrow", "control")  # fmt: skip
 SPECTRUM = '[srs.shock]\nchannels = ["hinge.angle"]\nlowest = "5 Hz"\nhighest = "100 Hz"\n'
 
 

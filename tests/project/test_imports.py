@@ -44,8 +44,8 @@ LAYERS = {
     "multibody": (
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
         "kernels.loads", "packing", "tangents", "elements", "evaluation", "reference", "integration.events",
-        "integration", "results", "checkpoints", "preparation", "compilation", "analysis", "starts", "simulate",
-        "free_body", "deploying",
+        "integration", "results", "checkpoints", "preparation", "compilation", "analysis", "control", "starts",
+        "simulate", "free_body", "deploying",
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",

@@ -13,6 +13,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.labelled import labelled
+from modalprep.multibody.results.result import component_names, component_number
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, suggestion
@@ -110,9 +111,9 @@ class Ensemble(Record):
         if name in self.channels:
             return self.channels[name]
         parent, _, component = name.rpartition(".")
-        parts = self._parts(parent)
-        if component in parts:
-            return self.channels[parent][:, :, parts.index(component)]
+        k = component_number(component, self._parts(parent))
+        if k >= 0:
+            return self.channels[parent][:, :, k]
         raise InputError(f"the ensemble has no channel {name!r}; {suggestion(name, self.channels, 'it has')}")
 
     def _parts(self, name: str) -> list[str]:
@@ -120,8 +121,7 @@ class Ensemble(Record):
         values = self.channels.get(name)
         if values is None or values.ndim == 2:
             return []
-        plain = values.shape[2] != 3 or name.endswith(".modal")
-        return [str(k + 1) for k in range(values.shape[2])] if plain else list("xyz")
+        return component_names(name, values.shape[2])
 
     def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
         """Return the named channels (all when none is named), one (n, nt) per component, by name.

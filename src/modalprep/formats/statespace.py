@@ -12,7 +12,7 @@ import scipy
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
-from modalprep.multibody.analysis.state_space import StateSpace
+from modalprep.multibody.analysis.state_space import LinearSystem
 from modalprep.suggest import refuse_other, suggestion
 
 
@@ -36,11 +36,10 @@ def _h5(path: Path, data: dict[str, np.ndarray]) -> None:
 WRITERS: dict[str, Callable[[Path, dict[str, np.ndarray]], None]] = {"mat": _mat, "npz": _npz, "h5": _h5}
 
 
-def write_state_space(linear: StateSpace, path: str | Path) -> Path:
+def write_state_space(linear: LinearSystem, path: str | Path) -> Path:
     """Write ``z' = A z + B i``, ``o = C z + D i`` to a ``.mat``, ``.npz`` or ``.h5`` file.
 
-    Besides the matrices it holds `inputs` and `outputs`, `states` (the joint or body of each of the n coordinates, then
-    of their speeds), `R`, `y` and `udot` of `StateSpace`.
+    Besides the matrices it holds `states`, `inputs` and `outputs`, and of a `StateSpace` its `R`, `y` and `udot`.
 
     Returns
     -------
@@ -59,25 +58,23 @@ def write_state_space(linear: StateSpace, path: str | Path) -> Path:
     Examples
     --------
     >>> import tempfile
-    >>> mass = StateSpace(
+    >>> mass = LinearSystem(
     ...     A=np.array([[0, 1.0], [0, 0]]), B=np.array([[0], [0.5]]), C=np.eye(2)[:1], D=np.zeros((1, 1)),
-    ...     inputs=("slide",), outputs=("slide.displacement",), owner=(("joint", "slide"),), independent=np.arange(1),
-    ...     R=np.eye(1), y=np.zeros(2), udot=np.zeros(1), error=0.0, error_estimate=np.zeros((2, 2)))
+    ...     states=("slide.displacement", "slide.speed"), inputs=("slide",), outputs=("slide.displacement",))
     >>> with np.load(write_state_space(mass, Path(tempfile.mkdtemp()) / "mass.npz")) as file:
     ...     print(file["B"].ravel(), file["states"])
-    [0.  0.5] ['joint slide' 'joint slide rate']
+    [0.  0.5] ['slide.displacement' 'slide.speed']
     """
-    refuse_other("write_state_space: the linear system", StateSpace, linear)
+    refuse_other("write_state_space: the linear system", LinearSystem, linear)
     path = Path(path)
     kind = path.suffix.removeprefix(".")
     if kind not in WRITERS:
         raise InputError(
             f"{path}: a state space has no {path.suffix!r} files; {suggestion(kind, WRITERS, 'known are')}"
         )
-    states = [" ".join(linear.owner[k]) for k in linear.independent]
-    data = {name: getattr(linear, name) for name in ("A", "B", "C", "D", "R", "y", "udot")}
-    data |= {"inputs": np.array(linear.inputs, dtype=str), "outputs": np.array(linear.outputs, dtype=str)}
-    data["states"] = np.array(states + [f"{name} rate" for name in states], dtype=str)
+    matrices = [name for name in ("A", "B", "C", "D", "R", "y", "udot") if hasattr(linear, name)]
+    data = {name: getattr(linear, name) for name in matrices}
+    data |= {name: np.array(getattr(linear, name), dtype=str) for name in ("states", "inputs", "outputs")}
     with atomic_path(path) as temporary:
         WRITERS[kind](temporary, data)
     return path

@@ -15,10 +15,20 @@ if TYPE_CHECKING:
     from modalprep.multibody.analysis.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from modalprep.multibody.analysis.spin import SpinModes as SpinModes
     from modalprep.multibody.analysis.spin import spin_modes as spin_modes
+    from modalprep.multibody.analysis.state_space import LinearSystem as LinearSystem
     from modalprep.multibody.analysis.state_space import StateSpace as StateSpace
     from modalprep.multibody.analysis.state_space import frequency_response as frequency_response
     from modalprep.multibody.analysis.system_modes import SystemModes as SystemModes
     from modalprep.multibody.checkpoints import join_runs as join_runs
+    from modalprep.multibody.control.estimator import Estimator as Estimator
+    from modalprep.multibody.control.estimator import compensator as compensator
+    from modalprep.multibody.control.estimator import kalman as kalman
+    from modalprep.multibody.control.in_system import control_laws as control_laws
+    from modalprep.multibody.control.in_system import state_feedback as state_feedback
+    from modalprep.multibody.control.regulator import Regulator as Regulator
+    from modalprep.multibody.control.regulator import lqr as lqr
+    from modalprep.multibody.control.truncation import ReducedSystem as ReducedSystem
+    from modalprep.multibody.control.truncation import balanced_truncation as balanced_truncation
     from modalprep.multibody.deploying.simulate import simulate_deployment as simulate_deployment
     from modalprep.multibody.deploying.system import DeployingSystem as DeployingSystem
     from modalprep.multibody.evaluation.coordinates import Coordinates as Coordinates

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from modalprep.atomic import write_columns, write_table
 from modalprep.multibody.analysis.inverse_kinematics import InverseKinematics
-from modalprep.multibody.analysis.state_space import StateSpace
+from modalprep.multibody.analysis.state_space import LinearSystem
 from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report.charts import plots
 from modalprep.report.charts.figures import Figure, named, save_figure
@@ -113,15 +113,14 @@ def most_moved(modes: SystemModes) -> list[str]:
     return [parts[k][0] for k in np.argmax(sizes, axis=0)]
 
 
-def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
+def response_plot(linear: LinearSystem, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
     """Draw amplitude and phase of responses ``H (nf, no, ni)`` over frequency (nf,), Hz.
 
     Examples
     --------
     >>> import tempfile
-    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            error_estimate=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
-    >>> mass = StateSpace(A=np.zeros((2, 2)), B=np.zeros((2, 1)), C=np.zeros((1, 2)), D=np.ones((1, 1)), **one)
+    >>> mass = LinearSystem(A=np.zeros((2, 2)), B=np.zeros((2, 1)), C=np.zeros((1, 2)), D=np.ones((1, 1)),
+    ...                     states=("x", "v"), inputs=("f",), outputs=("x",))
     >>> response_plot(mass, np.array([1.0, 2.0]), np.ones((2, 1, 1)), Path(tempfile.mkdtemp()) / "x.png").name
     'x.png'
     """
@@ -139,7 +138,7 @@ def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path
     return save_figure(figure, path)
 
 
-def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
+def write_response(linear: LinearSystem, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
     """Write real and imaginary part of every response over frequency (Hz) as columns of a CSV file."""
     columns = {"frequency": frequency}
     for label, values in _pairs(linear, H):
@@ -197,7 +196,7 @@ def _vibrations(modes: SystemModes, count: int) -> list[complex]:
     return [z for z in modes.eigenvalue.tolist() if z.imag > 0 or z.real > 0][:count]
 
 
-def _pairs(linear: StateSpace, H: np.ndarray) -> list[tuple[str, np.ndarray]]:
+def _pairs(linear: LinearSystem, H: np.ndarray) -> list[tuple[str, np.ndarray]]:
     return [
         (f"{output} / {given}", H[:, o, i])
         for o, output in enumerate(linear.outputs)

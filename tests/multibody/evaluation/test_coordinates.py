@@ -6,8 +6,11 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody import StateSpace, TimeFunction, coordinates
+from modalprep.multibody import TimeFunction, coordinates
 from modalprep.multibody.evaluation.evaluator import start_state
+from modalprep.multibody.evaluation.expressions import channel_expression
+from modalprep.multibody.evaluation.state import State
+from modalprep.multibody.packing.coordinate_names import coordinate_names
 from modalprep.multibody.packing.tree import pack
 
 TURN = Rotation.from_rotvec([0.1, -0.2, 0.3])
@@ -91,17 +94,40 @@ def test_unknown_names_and_other_sizes_are_refused(system):
         coordinates(system, np.zeros(3))
 
 
-def test_rows_of_linear_equations_have_names():
-    """As many as A has, speeds after coordinates; a coordinate that a loop makes dependent is not among them."""
-    owner = (
-        ("joint", "hinge"),
-        ("body", "arm"),
-        ("body", "arm"),
-        ("joint", "ball"),
-        ("joint", "ball"),
-        ("joint", "ball"),
+def test_rows_of_linear_equations_have_the_names_of_channels(system):
+    """As many as A has, speeds after coordinates; each is an output that reads its own state, and a channel of a run.
+
+    Shifts and rotations of spherical and free joints are in other axes than displacements and quaternions of a run.
+    """
+    names = mp.linearise(system).states
+    linear = mp.linearise(system, outputs=names)
+    np.testing.assert_allclose(linear.C, np.eye(len(names)), atol=1e-12)
+    run = mp.simulate(system, t_end=1e-3, output_step=1e-3)
+    changes = [name for name in names if name.split(".")[1] in ("shift", "rotation")]
+    assert len(changes) == 9
+    assert all(name in run for name in names if name not in changes)
+    assert {"universal.angle.2", "spherical.angular_velocity.3", "last.modal_rate.1"} <= set(names)
+
+
+def test_control_laws_read_every_state_by_its_name(system):
+    """The value of the channel at a state is that of the record of the state."""
+    packed = pack(system)
+    y = np.arange(1.0, packed.nx + packed.nu + 1) / 10
+    state = State(system, packed, y, np.zeros((len(packed.links), 3)), None)
+    rates = coordinate_names(packed).speeds
+    found = [channel_expression(system, packed, name, "law")(0.0, state) for name in rates]
+    np.testing.assert_array_equal(found, y[packed.nx :])
+    assert (
+        channel_expression(system, packed, "spherical.quaternion.4", "law")(0.0, state)
+        == y[packed.coordinates_of("spherical")[3]]
     )
-    some = {key: np.zeros(0) for key in ("A", "B", "C", "D", "R", "y", "udot", "error_estimate")}
-    linear = StateSpace(**some, inputs=(), outputs=(), owner=owner, independent=np.array([0, 2, 3, 5]), error=0.0)
-    names = ("hinge", "arm.modal.2", "ball.1", "ball.3")
-    assert linear.states == (*names, *(f"{name}.rate" for name in names))
+
+
+def test_a_component_is_known_by_its_number_too():
+    """``gimbal.angle.2`` of a control law is that of a history, whose components are x, y and z."""
+    gimbal = mp.Joint(name="gimbal", type="gimbal", parent="ground", child="arm", rate=np.array([1.0, 2, 3]))
+    system = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(gimbal,))
+    run = mp.simulate(system, t_end=1e-3, output_step=1e-3)
+    assert np.array_equal(run["gimbal.rate.2"], run["gimbal.rate.y"])
+    assert "gimbal.rate.3" in run
+    assert "gimbal.rate.4" not in run

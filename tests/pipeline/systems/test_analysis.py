@@ -89,7 +89,7 @@ def test_pendulum_with_a_spring(folder, capsys, command):
             assert np.shape(file["C"]) == np.shape(file["D"]) == (2, 2)
         assert [str(name[0]) for name in mat["outputs"].ravel()] == ["hinge.angle", "arm.tip.position.y"]
         assert list(npz["inputs"]) == ["hinge", "arm.tip.force.y"]
-        assert h5["states"].asstr()[()].tolist() == ["joint hinge", "joint hinge rate"]
+        assert h5["states"].asstr()[()].tolist() == ["hinge.angle", "hinge.rate"]
     with (files / "job-response.csv").open() as file:
         header, *rows = csv.reader(file)
     rows = np.array(rows, dtype=float)

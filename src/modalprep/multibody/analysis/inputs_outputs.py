@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ from modalprep.multibody.analysis.tree_tangent import TreeTangent
 from modalprep.multibody.evaluation.evaluate import build_equations
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.interfaces import add_wrench
-from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.results.recovered import AppliedLoad
 from modalprep.multibody.results.recovered_state import RECOVERY, RecoveredState
@@ -81,7 +81,8 @@ class Output(NamedTuple):
 def output(evaluator: Evaluator, name: str) -> Output:
     """Return the output that a name denotes; rotations are relative to the state.
 
-    ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
+    Coordinates and speeds by their names (``hinge.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the
+    second, ``ball.rotation.1``, ``.angular_velocity.1``, ``body.modal.3``, ``.modal_rate.3``),
     ``body.stress.point.xx``, ``body.recovery.name.place.component``, ``body.interface.position.x``, ``.rotation``,
     ``.velocity``, ``.angular_velocity``, ``.acceleration`` and ``.angular_acceleration`` in inertial axes.
 
@@ -97,19 +98,16 @@ def output(evaluator: Evaluator, name: str) -> Output:
     if len(parts) == 3 and parts[1] in MOTIONS and parts[2] in AXES:
         place = _interface(evaluator, parts[0], name)
         return Output(lambda tree: _motion(tree, *place, parts[1])[:, AXES.index(parts[2])])
-    if first in evaluator.system.bodies and rest.startswith("modal."):
-        modes = _speeds_of(evaluator, ("body", first))
-        number = rest.removeprefix("modal.")
-        if number.isdigit() and 1 <= int(number) <= len(modes):
-            return _linear(evaluator, 0, modes[int(number) - 1 : int(number)])
+    for part, names in enumerate(evaluator.names):
+        known = {name, name.removesuffix(".1")}.intersection(names)
+        if known:
+            return _linear(evaluator, part, [names.index(known.pop())])
     if first in evaluator.system.bodies and rest.startswith("stress."):
         row = _stress(evaluator, first, rest.removeprefix("stress."), name)
         return _linear(evaluator, 0, _speeds_of(evaluator, ("body", first)), row)
     if first in [joint.name for joint in evaluator.system.joints]:
-        known = _hinges(evaluator, first)
-        if rest not in known:
-            raise InputError(f"output {name!r}: {suggestion(rest, known, f'joint {first} has')}")
-        return _linear(evaluator, *known[rest])
+        known = [each.removeprefix(f"{first}.") for each in chain(*evaluator.names) if each.startswith(f"{first}.")]
+        raise InputError(f"output {name!r}: {suggestion(rest, known, f'joint {first} has')}")
     raise InputError(
         f"output {name!r}: name 'joint.angle', 'body.modal.1', 'body.recovery.name.place.component', or "
         "'body.interface.position.x' with one of "
@@ -142,22 +140,6 @@ def _speed(evaluator: Evaluator, joint: str, number: str, name: str) -> int:
     if not number.isdigit() or not 1 <= int(number) <= len(rows):
         raise InputError(f"input {name!r}: joint {joint!r} has {len(rows)} speeds; write {joint}.1 and so on")
     return rows[int(number) - 1]
-
-
-def _hinges(evaluator: Evaluator, joint: str) -> dict[str, tuple[int, list[int]]]:
-    """Return the coordinates (0) and rates (1) of a joint by name, with their places among the speeds."""
-    found: dict[str, list[tuple[int, list[int]]]] = {}
-    for i in evaluator.packed.links_of(joint):
-        kind = KINDS[evaluator.packed.types[i]]
-        u = int(evaluator.packed.model.links[i]["u"])
-        if kind.named:
-            names = ("angle", "rate") if evaluator.packed.turns(i) else ("displacement", "speed")
-            for part, name in enumerate(names):
-                found.setdefault(name, []).append((part, [u]))
-        elif kind.quaternion >= 0:
-            found["angular_velocity"] = [(1, [u + kind.translations + k]) for k in range(3)]
-    single = {name: places[0] for name, places in found.items() if len(places) == 1}
-    return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
 
 
 def _stress(evaluator: Evaluator, body: str, component: str, name: str) -> np.ndarray:

@@ -58,7 +58,8 @@ def linearise(
     inputs, outputs : sequence of str
         Inputs ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N) and
         ``.torque.z`` (N m), inertial axes. Outputs ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed``
-        (``.angle.2`` the second), ``body.modal.3``, ``body.stress.point.xx``, ``body.recovery.name.place.component``,
+        (``.angle.2`` the second), ``ball.rotation.1``, ``.angular_velocity.1`` (axes of the child), ``body.modal.3``,
+        ``.modal_rate.3``, ``body.stress.point.xx``, ``body.recovery.name.place.component``,
         ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.angular_velocity``, ``.acceleration`` and
         ``.angular_acceleration``, inertial axes.
 
@@ -130,6 +131,7 @@ def linear_equations(
         B=np.vstack([np.zeros_like(B), B]),
         C=C,
         D=D,
+        states=tuple(names[k] for names in evaluator.names for k in free),
         inputs=tuple(inputs),
         outputs=tuple(outputs),
         owner=tuple(evaluator.owner),

@@ -3,17 +3,89 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.records import Record
 from modalprep.vectors import VectorLike
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class StateSpace(Record):
+class LinearSystem(Record):
+    """``z' = A z + B i``, ``o = C z + D i`` with the names of states z, inputs i and outputs o.
+
+    Attributes
+    ----------
+    A, B, C, D : (nz, nz), (nz, ni), (no, nz), (no, ni)
+    states, inputs, outputs : tuple of str
+    notes : tuple of str
+        What was approximated.
+
+    References
+    ----------
+    Theory 5.6.
+
+    Examples
+    --------
+    >>> mass = LinearSystem(A=np.array([[0, 1.0], [0, 0]]), B=np.array([[0], [0.5]]), C=np.eye(2)[:1],
+    ...                     D=np.zeros((1, 1)), states=("slide.displacement", "slide.speed"), inputs=("slide",),
+    ...                     outputs=("slide.displacement",))
+    >>> mass.poles
+    array([0.+0.j, 0.+0.j])
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Eigenvalues of A (nz,), 1/s, the least damped first."""
+        found = np.linalg.eigvals(self.A).astype(np.complex128)
+        return found[np.argsort(-found.real, kind="stable")]
+
+    def to_control(self) -> Any:
+        """Return the system as a ``control.StateSpace`` of python-control.
+
+        Names keep their order; python-control has no dots in names, each is an underscore there.
+
+        Returns
+        -------
+        control.StateSpace
+
+        Raises
+        ------
+        NotInstalledError
+            When python-control is not installed.
+
+        Examples
+        --------
+        >>> mass = LinearSystem(A=np.zeros((1, 1)), B=np.ones((1, 1)), C=np.ones((1, 1)), D=np.zeros((1, 1)),
+        ...                     states=("slide.speed",), inputs=("slide",), outputs=("slide.speed",))
+        >>> from importlib.util import find_spec
+        >>> mass.to_control().output_labels if find_spec("control") else ["slide_speed"]
+        ['slide_speed']
+        """
+        need("control", "a state space of python-control")
+        import control
+
+        names = {
+            key: [name.replace(".", "_") for name in getattr(self, key)] for key in ("states", "inputs", "outputs")
+        }
+        return control.StateSpace(self.A, self.B, self.C, self.D, **names, remove_useless_states=False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StateSpace(LinearSystem):
     """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of n independent [coordinates | speeds].
 
     Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
@@ -23,7 +95,9 @@ class StateSpace(Record):
     Attributes
     ----------
     A, B, C, D : (2 n, 2 n), (2 n, ni), (no, 2 n), (no, ni)
-    inputs, outputs : tuple of str
+    states, inputs, outputs : tuple of str
+        States have the names of outputs: ``hinge.angle``, ``ball.rotation.2``, ``arm.modal.1``, then the speeds
+        ``hinge.rate``, ``ball.angular_velocity.2``, ``arm.modal_rate.1``.
     owner : tuple of (str, str)
         What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
     independent : (n,) int
@@ -47,12 +121,6 @@ class StateSpace(Record):
     Theory 5.6.
     """
 
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    D: np.ndarray
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
     owner: tuple[tuple[str, str], ...]
     independent: np.ndarray
     R: np.ndarray
@@ -60,26 +128,9 @@ class StateSpace(Record):
     udot: np.ndarray
     error: float
     error_estimate: np.ndarray
-    notes: tuple[str, ...] = ()
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """Names of the 2 n numbers of z: ``hinge``, ``ball.2``, ``arm.modal.1``, then ``hinge.rate`` and so on."""
-        number = [sum(each == of for each in self.owner[:k]) + 1 for k, of in enumerate(self.owner)]
-        counts = {of: self.owner.count(of) for of in self.owner}
-        names = [
-            f"{name}.modal.{number[k]}"
-            if kind == "body"
-            else name
-            if counts[kind, name] == 1
-            else f"{name}.{number[k]}"
-            for k, (kind, name) in enumerate(self.owner)
-        ]
-        kept = tuple(names[k] for k in self.independent)
-        return (*kept, *(f"{name}.rate" for name in kept))
 
 
-def frequency_response(linear: StateSpace, frequency: VectorLike) -> NDArray[np.complex128]:
+def frequency_response(linear: LinearSystem, frequency: VectorLike) -> NDArray[np.complex128]:
     """Return ``C (i omega - A)^-1 B + D`` (nf, no, ni): outputs per unit of harmonic inputs.
 
     Parameters
@@ -103,10 +154,8 @@ def frequency_response(linear: StateSpace, frequency: VectorLike) -> NDArray[np.
 
     Examples
     --------
-    >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
-    ...                         D=np.zeros((1, 1)), inputs=("f",), outputs=("x",), owner=(("joint", "x"),),
-    ...                         y=np.zeros(2), udot=np.zeros(1), independent=np.arange(1), R=np.eye(1), error=0.0,
-    ...                         error_estimate=np.zeros((2, 2)))
+    >>> oscillator = LinearSystem(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
+    ...                           D=np.zeros((1, 1)), states=("x", "v"), inputs=("f",), outputs=("x",))
     >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
     [[[0.333333333]]]
     """

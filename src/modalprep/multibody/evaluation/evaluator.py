@@ -16,6 +16,7 @@ from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.coordinate_names import coordinate_names
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
 
@@ -76,6 +77,8 @@ class Evaluator:
         Whether the coordinate is an angle.
     owner : list of (str, str)
         What each speed belongs to: ``("joint", name)`` or ``("body", name)``.
+    names : CoordinateNames
+        Of the nu coordinates and of the nu speeds.
 
     Examples
     --------
@@ -101,6 +104,7 @@ class Evaluator:
         self.start = self._started(t)
         self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
         self.turns = np.zeros(self.nu, dtype=bool)
+        self.names = coordinate_names(self.packed)
         self._measure()
 
     def _started(self, t: float) -> np.ndarray:

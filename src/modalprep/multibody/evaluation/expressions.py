@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -15,19 +16,20 @@ from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
 from modalprep.multibody.model.functions.safe_expression import read_expression
 from modalprep.multibody.model.joint import Joint
-from modalprep.multibody.model.joint_types import ROTATIONS, TRANSLATIONS
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.coordinate_names import numbered, words_of
 from modalprep.multibody.packing.packed import Packed
 from modalprep.suggest import find_interface, suggestion
 
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
 AXES = {"x": 0, "y": 1, "z": 2}
 PARTS = ("position", "rotation", "velocity", "angular_velocity")
-PLACES = {"angle": ROTATIONS, "displacement": TRANSLATIONS}
-RATES = {"rate": ROTATIONS, "speed": TRANSLATIONS}
+MODES = ("modal", "modal_rate")
+POSITION, RATE = 0, 2  # of `Words`
 KNOWN = (
-    "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
-    ".velocity.x or .angular_velocity.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also "
+    "<joint>.angle, .rate, .displacement, .speed or .angular_velocity (.angle.2 the second), "
+    "<body>.<interface>.position.x, .rotation.x, .velocity.x or .angular_velocity.x, <body>.modal.<number>, "
+    ".modal_rate.<number>, .stress.<point>.<component>, of an event also "
     "<closure>.gap or .multiplier, <body>.recovery.<name>.<place>.<component>"
 )
 Others = Callable[[str, str], Callable[[State], float] | None]
@@ -38,10 +40,12 @@ def channel_expression(
 ) -> Callable[[float, State], float]:
     """Return ``(t, state) -> value`` of an expression of channels and ``t``, for states of the packed system.
 
-    Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
+    Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second, of a spherical or
+    free joint also ``.quaternion.1`` and ``.angular_velocity.1`` (axes of the child);
     ``<body>.<interface>.position.x``, ``.velocity.x``, ``.angular_velocity.x`` and ``.rotation.x``, the rotation
-    vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also
-    its ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
+    vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``.modal_rate.<number>``,
+    ``<body>.stress.<point>.<component>`` (Pa), also its ``.von_mises``. With `loops`, whose work belongs to the state:
+    ``<closure>.gap`` (m, rad) and
     ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
     one condition, active or not. With `others`, ``(name, what) -> reader or None``, the channels that it knows.
 
@@ -91,24 +95,17 @@ def _reader(system: System, packed: Packed, name: str, what: str, loops: Loops |
 
 
 def _joint_reader(packed: Packed, joint: Joint, part: str) -> Callable[[State], float] | None:
-    kind, _, number = part.partition(".")
-    counts = (PLACES | RATES).get(kind)
-    if counts is None or not (number.isdigit() or not number):
-        return None
-    count = counts.get(joint.type, 0)
-    k = int(number or 1) - 1
-    if not 0 <= k < count or (count > 1 and not number):
-        return None
-    k += TRANSLATIONS.get(joint.type, 0) if counts is ROTATIONS else 0
-    position, rate = packed.places_of(joint.name)
-    place = position[k] if kind in PLACES else rate[k]
-    return lambda state: float(state.value_at(place))
+    words = [words_of(packed, link) for link in packed.links_of(joint.name)]
+    names = [numbered(chain.from_iterable(each[kind] for each in words)) for kind in (POSITION, RATE)]
+    places = dict(zip(chain(*names), chain(*packed.places_of(joint.name)), strict=True))
+    place = places.get(part, places.get(part.removesuffix(".1")))
+    return None if place is None else lambda state: float(state.value_at(place))
 
 
 def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[State], float] | None:
     words = part.split(".")
-    if len(words) == 2 and words[0] == "modal" and words[1].isdigit() and 0 < int(words[1]) <= system.bodies[body].n:
-        return lambda state: float(state.modal(body)[int(words[1]) - 1])
+    if len(words) == 2 and words[0] in MODES and words[1].isdigit() and 0 < int(words[1]) <= system.bodies[body].n:
+        return lambda state: float(getattr(state, words[0])(body)[int(words[1]) - 1])
     if words[0] == "stress" and (stress := stress_reader(system.bodies[body], part.removeprefix("stress."))):
         return lambda state: stress(state.modal(body))
     if len(words) == 3 and words[1] in PARTS and words[2] in AXES:

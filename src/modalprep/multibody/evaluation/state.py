@@ -43,6 +43,11 @@ class State(Coordinates):
         return self._y[: self.packed.nx]
 
     @property
+    def vector(self) -> np.ndarray:
+        """All coordinates and speeds (nx + nu,) in the order of the packed system."""
+        return self._y
+
+    @property
     def far_off(self) -> bool:
         """Whether this is a trial of an unstable step, which will be rejected."""
         return not np.all(np.abs(self._y) < FAR_OFF)

@@ -14,6 +14,7 @@ from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.coordinate_names import words_of
 from modalprep.multibody.packing.free_parts import count_parts, part_of_links
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import blank
@@ -135,16 +136,19 @@ class Channels:
 
     def _hinge(self, i: int, joint: Joint) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""
-        code, x, u, about = self.packed.columns[i]
+        code, x, u, _ = self.packed.columns[i]
         kind = KINDS[code]
-        position, speed = ("angle", "rate") if about else ("displacement", "speed")
+        words = words_of(self.packed, i)
         if kind.named:
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
-            rates = [(speed, (STATE, self.packed.nx + u, 0)), ("acceleration", (ACCELERATION, self.packed.nx + u, 0))]
-            return [(position, (STATE, x, 0)), *rates, *drive]
+            rates = [
+                (words.rate[0], (STATE, self.packed.nx + u, 0)),
+                ("acceleration", (ACCELERATION, self.packed.nx + u, 0)),
+            ]
+            return [(words.position[0], (STATE, x, 0)), *rates, *drive]
         if code == PRESCRIBED:
-            rates = [(speed, (MOTION, i, 1)), ("acceleration", (MOTION, i, 2))]
-            return [(position, (MOTION, i, 0)), *rates, ("drive", (REACTION, i, 0))]
+            rates = [(words.rate[0], (MOTION, i, 1)), ("acceleration", (MOTION, i, 2))]
+            return [(words.position[0], (MOTION, i, 0)), *rates, ("drive", (REACTION, i, 0))]
         if kind.quaternion >= 0:
             n = kind.translations
             first = self.packed.nx + u

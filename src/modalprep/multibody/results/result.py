@@ -129,15 +129,15 @@ class Result(Record, Plotted):
         if name in self.channels:
             return self.channels[name]
         parent, _, component = name.rpartition(".")
-        columns = self._components(parent)
-        if component in columns:
-            return self.channels[parent][:, columns.index(component)]
+        k = component_number(component, self._components(parent))
+        if k >= 0:
+            return self.channels[parent][:, k]
         raise InputError(f"the result has no channel {name!r}; {suggestion(name, sorted(self.channels), 'it has')}")
 
     def __contains__(self, name: object) -> bool:
         """Say whether there is a channel, or a component of one, of this name."""
         parent, _, component = str(name).rpartition(".")
-        return name in self.channels or component in self._components(parent)
+        return name in self.channels or component_number(component, self._components(parent)) >= 0
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the channels."""
@@ -158,8 +158,7 @@ class Result(Record, Plotted):
         channel = self.channels.get(name)
         if channel is None or channel.ndim < 2:
             return []
-        k = channel.shape[1]
-        return list("xyz") if k == 3 and not name.endswith(NUMBERED) else [str(i + 1) for i in range(k)]
+        return component_names(name, channel.shape[1])
 
     def relative_to(self, body: str) -> Result:
         """Return the run with all positions, the channels ``.position`` and ``.origin``, in the frame of a body.
@@ -252,6 +251,29 @@ def _extremes(values: np.ndarray) -> list[float]:
     if not len(known):
         return [np.nan] * 3
     return [float(known.min()), float(known.max()), float(values[-1])]
+
+
+def component_names(channel: str, count: int) -> list[str]:
+    """Return the names of the components of a channel.
+
+    Examples
+    --------
+    >>> component_names("arm.tip.position", 3), component_names("arm.modal", 3)
+    (['x', 'y', 'z'], ['1', '2', '3'])
+    """
+    return list("xyz") if count == 3 and not channel.endswith(NUMBERED) else [str(i + 1) for i in range(count)]
+
+
+def component_number(component: str, names: Sequence[str]) -> int:
+    """Return which one of the named components this is, by its name or its number from 1; -1 where it is none.
+
+    Examples
+    --------
+    >>> component_number("y", "xyz"), component_number("2", "xyz"), component_number("4", "xyz")
+    (1, 1, -1)
+    """
+    numbers = [str(k + 1) for k in range(len(names))]
+    return next((list(known).index(component) for known in (names, numbers) if component in known), -1)
 
 
 def output_times(t_end: float, output_step: float) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Control on the linear equations of a system: regulators, estimators, truncation."""
