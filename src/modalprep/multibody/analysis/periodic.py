@@ -13,8 +13,9 @@ import numpy as np
 import scipy
 
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.linearise import transport
+from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.joint_types import KINDS, JointKind
 from modalprep.multibody.model.system import System
@@ -23,7 +24,6 @@ from modalprep.multibody.packing.tree import pack
 
 SAMPLES = (15, 31, 63, 127, 255)  # of a period, odd: as many sines as cosines
 MOST_UNKNOWNS = 6000  # whose matrix takes 288 MB
-PLACE_STEP, SPEED_STEP = 1e-2, 1.0  # of the differences, in scales of the coordinates and their rates
 LARGEST = 0.3  # step, in scales of the coordinates
 MAX_STEPS = 40
 CONVERGED = 1e-11  # step
@@ -245,13 +245,11 @@ class _Motion:
             "nothing damps, or the start values are too far from it; change the rate, or add damping"
         )
 
-    def _forces(self, y: np.ndarray, udot: np.ndarray, multiplier: np.ndarray | None = None) -> np.ndarray:
-        """Return what accelerations need beyond loads and closures (nu,), with their multipliers or the best ones."""
+    def _forces(self, y: np.ndarray, udot: np.ndarray) -> np.ndarray:
+        """Return what accelerations need beyond loads and closures (nu,), with the best multipliers."""
         required = self.evaluator.required(y, udot)
         G = self.evaluator.jacobian(y)[self.kept]
-        if multiplier is None:
-            multiplier = np.linalg.lstsq(G.T, required)[0]
-        return self.evaluator.scale * (required - G.T @ multiplier)
+        return self.evaluator.scale * (required - G.T @ np.linalg.lstsq(G.T, required)[0])
 
     def _left(self, y: np.ndarray, udot: np.ndarray, later: int = 0) -> np.ndarray:
         """Return the scaled forces and gaps that are left (N, nu + m), at once or so many periods later."""
@@ -302,15 +300,10 @@ class _Motion:
     def _derivatives(self, y: np.ndarray, udot: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return those of the scaled forces by scaled coordinates, speeds and accelerations (nu, nu)."""
         evaluator, scale, nu = self.evaluator, self.evaluator.scale, self.evaluator.nu
-        multiplier = np.linalg.lstsq(evaluator.jacobian(y)[self.kept].T, evaluator.required(y, udot))[0]
-
-        def forces(z: np.ndarray) -> np.ndarray:
-            state = evaluator.moved(y, scale * z[:nu])
-            state[evaluator.nx :] += scale * z[nu:]
-            return self._forces(state, udot, multiplier)
-
-        found = jacobian(forces, np.repeat([PLACE_STEP, SPEED_STEP], nu))[0]
-        return found[:, :nu], found[:, nu:], evaluator.mass(y) * np.outer(scale, scale)
+        exact = SystemTangent(Chart(evaluator, y), udot)
+        called = 0.0 if exact.called is None else exact.called[0][:, nu:]
+        scales = np.outer(scale, scale)
+        return exact.K * scales, (exact.found.D - called) * scales, exact.found.M * scales
 
     def is_resolved(self) -> bool:
         """Whether the harmonics of every joint and body end."""
