@@ -22,14 +22,19 @@ docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
 	@echo "The documentation is in build/site/index.html."
 
-$(VENV)/.installed: pyproject.toml
+# With the extras $(1), while the solver is compiled.
+define install
 	@$(PYTHON) .ci/system-libraries
 	@echo "Installing modalprep and its libraries into $(VENV), a few minutes and 2.4 GB the first time."
 	@$(PYTHON) -m venv $(VENV)
 	@$(PIP) install --editable .
 	@echo "Compiling the solver while the libraries of the extras are installed."
 	@PYTHONPATH=src $(VENV)/bin/python -c 'from modalprep.cli.jobs import warmup; warmup()' & \
-	$(PIP) install --editable '.[all]' && wait $$!
+	$(PIP) install --editable '.[$(1)]' && wait $$!
+endef
+
+$(VENV)/.installed: pyproject.toml
+	$(call install,all)
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed
@@ -40,10 +45,11 @@ $(VENV)/.installed-docs: $(VENV)/.installed
 	@$(PIP) install --editable '.[all,docs]'
 	@touch $@
 
-# Both at once, which the checks of .ci/run do: another installation takes half a minute.
-$(VENV)/.installed-all: $(VENV)/.installed
-	@$(PIP) install --editable '.[all,test,docs]'
-	@touch $(VENV)/.installed-test $(VENV)/.installed-docs $@
+# All at once, which the checks of .ci/run need.
+EVERYTHING := all,test,docs
+$(VENV)/.installed-all: pyproject.toml
+	$(call install,$(EVERYTHING))
+	@touch $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-docs $@
 
 clean:
 	rm -rf $(VENV)

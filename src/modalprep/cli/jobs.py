@@ -112,12 +112,8 @@ def warmup() -> None:
 
     interrupts = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}  # end without a traceback
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), **interrupts) as pool:
-        jobs = [
-            pool.submit(compile_flexible),
-            pool.submit(compile_rigid),
-            pool.submit(compile_assembly),
-        ]
-        for job in jobs:
+        jobs = [pool.submit(compile_solver, bodies) for bodies in ("flexible", "rigid")]
+        for job in (*jobs, pool.submit(compile_assembly)):
             job.result()
     Reporter().say("the solver is compiled")
 
@@ -135,18 +131,8 @@ def compile_assembly() -> None:
         check_body(flexible_body(model, craig_bampton(model, modes=2), name="block"))
 
 
-def compile_rigid() -> None:
-    """Compile the solver for rigid bodies, in trees and in closed loops."""
-    _compile_solver("rigid")
-
-
-def compile_flexible() -> None:
-    """Compile the solver for flexible bodies, in trees and in closed loops."""
-    _compile_solver("flexible")
-
-
-def _compile_solver(bodies: str) -> None:
-    """Compile the solver for the systems of :func:`small_systems` whose bodies are "rigid" or "flexible"."""
+def compile_solver(bodies: str) -> None:
+    """Compile the solver for the systems of :func:`small_systems` whose names begin so: "rigid" or "flexible"."""
     from functools import partial
 
     from modalprep.compiler.jit import when_compiling
