@@ -79,7 +79,7 @@ def test_two_nodes_of_a_solid_cannot_hold_it(folder):
 
 
 def test_wrong_unit_of_length_is_warned_of(folder, capsys):
-    assert main(["run", job(folder, SOLID.replace('"mm"', '"km"'))]) == 0
+    assert main(["run", job(folder, SOLID.replace('"mm"', '"km"')), "--no-report", "--no-pictures"]) == 0
     assert "its mass is implausible" in capsys.readouterr().out
 
 

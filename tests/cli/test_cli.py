@@ -389,7 +389,7 @@ def test_open_shows_the_page_of_the_report(job, monkeypatch, capsys):
 
 def test_open_is_refused_before_the_work(job, capsys):
     """A file that has neither a body nor a run makes no page."""
-    assert main(["run", str(job)]) == 0
+    assert main(["run", str(job), "--no-report", "--no-pictures"]) == 0
     system = job.with_name("system.toml")
     body = job.parent / "output" / "job" / "job.h5"
     start = job.read_text().index("[joints")

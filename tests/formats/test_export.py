@@ -122,7 +122,7 @@ def test_pipeline_exports(project, tmp_path, capsys):
     text = BEAM.replace("beam.msh", str(project / "meshes" / "beam.msh"))
     text = text.replace("modes = 3", "modes = 3\ntruncation_vectors = []")
     (tmp_path / "job.toml").write_text(text + 'export = ["sid", "mbdyn"]\n')
-    assert main(["run", str(tmp_path / "job.toml"), "--json"]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--json", "--no-report"]) == 0
     folder = tmp_path / "output" / "job"
     body = mp.read_body(folder / "job.h5")
     files = json.loads(capsys.readouterr().out)["files"]

@@ -252,7 +252,7 @@ def test_pipeline_file_welds_them(inboard, outboard, tmp_path, capsys):
         mp.write_body(body, tmp_path / f"{name}.h5")
     welds = "".join(f'[welds.w{k}]\nbetween = ["{a}", "{b}"]\n' for k, (a, b) in enumerate(WELDS))
     (tmp_path / "frame.toml").write_text(PIPELINE.format(welds=welds))
-    assert main(["run", str(tmp_path / "frame.toml"), "--json"]) == 0
+    assert main(["run", str(tmp_path / "frame.toml"), "--json", "--no-report"]) == 0
     capsys.readouterr()
     found = json.loads((tmp_path / "output" / "frame" / "frame-synthesis.json").read_text())
     np.testing.assert_allclose(found["frequency_Hz"][6:], welded(inboard, outboard)[6:25], rtol=1e-12)

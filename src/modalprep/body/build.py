@@ -83,21 +83,33 @@ def flexible_body(
     """
     refuse_other("flexible_body: the model", FEModel, model)
     refuse_other("flexible_body: the reduction", Reduction, reduction)
-    Phi = reduction.basis
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")
-    if Phi.shape[0] != model.n_dof:
-        raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
-    w = 2 * np.pi * reduction.frequency
+    Phi = reduction.basis
+    if len(Phi) != model.n_dof:
+        raise InputError(f"the reduction has {len(Phi)} DOFs but the model {model.n_dof}; reduce this model")
     Kg, low = stiffness_and_growth(model, reduction, second_order_mass)
+    body = _body(model, reduction, Kg, name, damping, provenance or {}).with_(
+        stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
+        recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
+    )
+    body = with_second_order_mass(body, model, reduction, second_order_mass, low)
+    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
+    own = (*said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
+    return body.with_(notes=(*model.notes, *reduction.notes, *own), mode_names=_mode_names(model, body))
+
+
+def _body(
+    model: FEModel, reduction: Reduction, Kg: np.ndarray, name: str, damping: float, provenance: dict[str, str]
+) -> FlexibleBody:
+    """Return the body of theory 4.1; ``Kg (12 + 6 k, n, n)`` is by accelerations, spins, loads of k interfaces."""
+    Phi = reduction.basis
     n = Phi.shape[1]
-    interfaces = len(model.interfaces)
-    Kg_A = Kg[:3]
-    Kg_W = Kg[3:12].reshape(3, 3, n, n)
-    Kg_if = Kg[12:].reshape(interfaces, 6, n, n)
+    w = 2 * np.pi * reduction.frequency
+    Kg_if = Kg[12:].reshape(len(model.interfaces), 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
     at_interfaces[0] = 0.0
-    body = FlexibleBody(
+    return FlexibleBody(
         name=name,
         m=model.rigid.m,
         s0=model.rigid.s0,
@@ -105,8 +117,8 @@ def flexible_body(
         S=np.ascontiguousarray(inner(model.g, Phi)),
         H=inner(model.h.reshape(-1, 9), Phi).reshape(3, 3, n),
         P=model.M_ab.project(Phi),
-        Kg_A=Kg_A,
-        Kg_W=Kg_W,
+        Kg_A=Kg[:3],
+        Kg_W=Kg[3:12].reshape(3, 3, n, n),
         Kg_F=Kg_if[:, :3],
         Kg_T=Kg_if[:, 3:],
         phi=at_interfaces[:, :3],
@@ -123,14 +135,8 @@ def flexible_body(
         truncation=reduction.truncation,
         energy=_strain_energy(model, Phi, reduction.frequency > 0),
         volume=model.strain_energy.volume() if model.strain_energy else {},
-        stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
-        recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
-        provenance={**model.source, **(provenance or {})},
+        provenance={**model.source, **provenance},
     )
-    body = with_second_order_mass(body, model, reduction, second_order_mass, low)
-    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    own = (*said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
-    return body.with_(notes=(*model.notes, *reduction.notes, *own), mode_names=_mode_names(model, body))
 
 
 def _mode_names(model: FEModel, body: FlexibleBody) -> tuple[str, ...]:

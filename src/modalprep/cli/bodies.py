@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from modalprep.body.checks import CheckReport
     from modalprep.body.flexible_body import FlexibleBody
     from modalprep.pipeline.console import Reporter
+    from modalprep.report.page import BodyPage
 
 MODES = "-modes.html"  # ends the names of the pages of `modes`, so that the full report of `run` stays as it is
 
@@ -33,46 +34,29 @@ def modes(
     The report is the HTML page NAME-modes.html beside the modal file; the page of modalprep run stays as it is.
     """
     from modalprep.errors import InputError
-    from modalprep.pipeline.building.build import build_body
-    from modalprep.pipeline.building.sources import claiming, output_folder, refuse_shared_folders
+    from modalprep.pipeline.building.sources import claiming
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.body_page.inputs import Inputs
     from modalprep.report.body_page.printing import find_browser, print_page
-    from modalprep.report.page import BodyPage, write_page
+    from modalprep.report.page import write_page
     from modalprep.report.tables import body_summary, mode_table
 
     reporter = Reporter(quiet=as_json)
     browser = find_browser() if pdf else None
     if file.suffix == ".toml":
-        from modalprep.pipeline.batch.settings import with_settings
-        from modalprep.pipeline.building.described import body_inputs
-
-        source, output = with_settings(file, settings or [], output)
-        file = source.path
-        refuse_shared_folders(source, output)
-        built = build_body(source, output_folder(file, output), reporter)
-        body, checks, error = built.body, built.checks, built.error_curves
-        page = built.file.with_name(f"{built.file.stem}{MODES}")
-        made = body_inputs(source, built)
+        shown, page, file = _built(file, settings or [], output, reporter)
+        claimed = {}
     else:
-        from modalprep.body.checks import check_body
-        from modalprep.formats.modalfile import read_body
-        from modalprep.pipeline.building.sources import refuse_overwriting
-
         if settings:
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}{MODES}"
-        refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
-        body = read_body(file)
-        made = Inputs()
-        checks = check_body(body)
-        error = {}
+        shown = _read(file, [page, *([page.with_suffix(".pdf")] if pdf else [])])
+        claimed = {page: file} if output else {}
+    body = shown.body
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in body.notes:
         reporter.note(note)
-    shown = BodyPage(body, checks=checks, notes=body.notes, errors=error, inputs=made)
-    with claiming({page: file} if output and file.suffix != ".toml" else {}):
+    with claiming(claimed):
         write_page(shown, page)
     reporter.wrote(page)
     if browser:
@@ -82,6 +66,34 @@ def modes(
         found |= {"mode_names": list(body.mode_names), "page": str(page), "verdict": shown.judgement.summary()}
         print_json(found)
     end_with(shown.judgement, reporter, file)
+
+
+def _built(file: Path, settings: list[str], output: Path | None, reporter: Reporter) -> tuple[BodyPage, Path, Path]:
+    """Build the body of a pipeline file; return its page, where that is written, and the pipeline file."""
+    from modalprep.pipeline.batch.settings import with_settings
+    from modalprep.pipeline.building.build import build_body
+    from modalprep.pipeline.building.described import body_inputs
+    from modalprep.pipeline.building.sources import output_folder, refuse_shared_folders
+    from modalprep.report.page import BodyPage
+
+    source, output = with_settings(file, settings, output)
+    refuse_shared_folders(source, output)
+    built = build_body(source, output_folder(source.path, output), reporter)
+    body, inputs = built.body, body_inputs(source, built)
+    shown = BodyPage(body, checks=built.checks, notes=body.notes, errors=built.error_curves, inputs=inputs)
+    return shown, built.file.with_name(f"{built.file.stem}{MODES}"), source.path
+
+
+def _read(file: Path, written: list[Path]) -> BodyPage:
+    """Return the page of a modal file, which none of the files to write may replace."""
+    from modalprep.body.checks import check_body
+    from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.building.sources import refuse_overwriting
+    from modalprep.report.page import BodyPage
+
+    refuse_overwriting(written, [file])
+    body = read_body(file)
+    return BodyPage(body, checks=check_body(body), notes=body.notes)
 
 
 @app.command()

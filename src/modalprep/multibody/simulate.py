@@ -11,7 +11,7 @@ from modalprep.multibody.checkpoints import RUNNING, Every, times_from
 from modalprep.multibody.compilation import by_two_processes
 from modalprep.multibody.evaluation.system_state import SystemState, state_of
 from modalprep.multibody.integration.method_selection import METHODS
-from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.integration.run import Integration, Outcome
 from modalprep.multibody.model.events import Event, idle_closures
 from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.system import System
@@ -170,10 +170,7 @@ def simulate(
         if checkpoint is not None:
             keep = Every(checkpoint_every, lambda: checkpoint(_so_far(integration, recorder))).call
         outcome = integration.run(recorder.add, progress, keep)
-    loops = integration.loading.loops
-    said = [*(loops.notes if loops else ()), *integration.changes.notes()]
-    message = "; ".join([outcome.message, *said])
-    result = recorder.result(outcome.status, message, outcome.stats)
+    result = recorder.result(outcome.status, _message(outcome, integration), outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
     notes = (
         *system.notes,
@@ -187,6 +184,12 @@ def simulate(
         *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
     return result.with_(state=_state(integration), events=outcome.events, impacts=outcome.impacts, notes=notes)
+
+
+def _message(outcome: Outcome, integration: Integration) -> str:
+    """Return how the run ended, and what loops and events have to say."""
+    loops = integration.loading.loops
+    return "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes()])
 
 
 def _check_fixed_step(step: float | None) -> None:

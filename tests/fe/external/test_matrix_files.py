@@ -49,7 +49,7 @@ FORMATS = {
 @pytest.mark.parametrize(("put", "limit"), FORMATS.values(), ids=FORMATS)
 def test_each_format_gives_the_direct_body(tmp_path, put, limit):
     (tmp_path / "job.toml").write_text(f"[matrices]\n{put(tmp_path)}\n{BEAM}")
-    assert main(["run", str(tmp_path / "job.toml"), "--json"]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--json", "--no-report"]) == 0
     made = mp.read_body(tmp_path / "output/job/job.h5")
     model = cantilever_model(6)
     reduction = mp.craig_bampton(model, modes=3, truncation=())
@@ -80,7 +80,7 @@ def test_fem_archive(tmp_path):
     K, M, points, cells, sets, model = solid()
     write.fem_archive(tmp_path / "fem.npz", K, M, points, {"Name": "bar", "Hex8": cells}, sets)
     (tmp_path / "job.toml").write_text(SOLID)
-    assert main(["run", str(tmp_path / "job.toml"), "--json"]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--json", "--no-report"]) == 0
     made = same_solid(tmp_path, model)
     assert np.array_equal(made.cells["hexahedron"], cells)
 
@@ -96,7 +96,7 @@ def test_fem_archive_by_exudyn(tmp_path):
         fem.nodeSets.append({"Name": name, "NodeNumbers": nodes, "NodeWeights": np.ones(len(nodes)) / len(nodes)})
     fem.SaveToFile(str(tmp_path / "fem.npz"))
     (tmp_path / "job.toml").write_text(SOLID)
-    assert main(["run", str(tmp_path / "job.toml"), "--json"]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--json", "--no-report"]) == 0
     same_solid(tmp_path, model)
 
 

@@ -167,7 +167,7 @@ def test_the_good_one_runs(tmp_path):
     write(tmp_path, points, quads, lines)
     stringer = "[properties.stringer]\n" + BEAM + "offset = [0.0, -0.05]\n"
     (tmp_path / "job.toml").write_text(TOML + stringer + "[reduction]\nmodes = 4\n[output]\npictures = 0\n")
-    assert main(["run", str(tmp_path / "job.toml")]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--no-report"]) == 0
     assert list(tmp_path.rglob("job.h5"))
 
 
@@ -175,7 +175,7 @@ def test_left_out_lines_are_noted(tmp_path, capsys):
     points, quads, lines = plate()
     write(tmp_path, points, quads, lines)
     (tmp_path / "job.toml").write_text(TOML + "[reduction]\nmodes = 2\n[output]\npictures = 0\n")
-    assert main(["run", str(tmp_path / "job.toml")]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--no-report"]) == 0
     assert "4 of 4 line cells have no property (group 'stringer') and are left out" in capsys.readouterr().out
 
 
@@ -202,7 +202,7 @@ def test_wrong_units_are_noticed(old, new, words, tmp_path, capsys):
     write(tmp_path, points, quads)
     text = TOML.replace(old, new) + "[reduction]\nmodes = 2\ntruncation_vectors = []\n[output]\npictures = 0\n"
     (tmp_path / "job.toml").write_text(text)
-    assert main(["run", str(tmp_path / "job.toml")]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--no-report"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert words in out
     assert "check length_unit" in out or "did you mean" in out
@@ -212,5 +212,5 @@ def test_right_units_are_not_doubted(tmp_path, capsys):
     points, quads, _ = plate()
     write(tmp_path, points, quads)
     (tmp_path / "job.toml").write_text(TOML + "[reduction]\nmodes = 2\n[output]\npictures = 0\n")
-    assert main(["run", str(tmp_path / "job.toml")]) == 0
+    assert main(["run", str(tmp_path / "job.toml"), "--no-report"]) == 0
     assert "implausible" not in capsys.readouterr().out

@@ -225,7 +225,7 @@ def test_a_pipeline_file_with_a_part(parts, tmp_path, capsys):
     (tmp_path / "plate.step").write_bytes((parts / "plate.step").read_bytes())
     job = tmp_path / "job.toml"
     job.write_text(PIPELINE.format(suffix=".step", size='"8 mm"'))
-    assert main(["run", str(job)]) == 0
+    assert main(["run", str(job), "--no-report"]) == 0
     body = mp.read_body(tmp_path / "output" / "job" / "job.h5")
     assert body.m == pytest.approx(7850 * VOLUME * 1e-9, rel=1e-4)
     capsys.readouterr()

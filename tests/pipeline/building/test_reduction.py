@@ -29,9 +29,9 @@ pictures = 0
 
 @pytest.fixture
 def run(project, tmp_path, capsys):
-    def runner(reduction):
+    def runner(reduction, *options):
         (tmp_path / "job.toml").write_text(TOML.format(mesh=project / "meshes" / "beam.msh", reduction=reduction))
-        code = main(["run", str(tmp_path / "job.toml"), "--json"])
+        code = main(["run", str(tmp_path / "job.toml"), "--json", *(options or ["--no-report"])])
         captured = capsys.readouterr()
         return code, json.loads(captured.out) if code == 0 else captured.err
 
@@ -58,7 +58,7 @@ def test_error_is_stated(run):
 
 def test_error_is_drawn_in_the_report(run):
     for reduction, shown in (("modes = 8", False), ("modes = 8\nup_to = 5.0", True)):
-        _, found = run(reduction)
+        _, found = run(reduction, "--report")
         page = next(file for file in found["files"] if file.endswith(".html"))
         assert ("<h2>Errors" in Path(page).read_text()) is shown
 
@@ -80,7 +80,7 @@ method = "displacement"
 
 def test_modes_are_chosen_by_recoveries(run):
     keep = 'modes = 12\nkeep = "recovery.wall-1 > 10% or recovery.spar > 50%"\nup_to = 5.0'
-    code, found = run(keep + RECOVERIES)
+    code, found = run(keep + RECOVERIES, "--report")
     assert code == 0
     table = modal_file(found).modes
     assert 0 < table.kept[:12].sum() < 12

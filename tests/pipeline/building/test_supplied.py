@@ -152,7 +152,7 @@ between = ["ground", "one.root"]
 modes = 2
 """
     (tmp_path / "pair.toml").write_text(text)
-    assert main(["run", str(tmp_path / "pair.toml")]) == 0, capsys.readouterr().err
+    assert main(["run", str(tmp_path / "pair.toml"), "--no-report"]) == 0, capsys.readouterr().err
     found = json.loads((tmp_path / "output" / "pair" / "pair-synthesis.json").read_text())["frequency_Hz"]
     body = uniform_beam(modes=8, truncation=("interfaces",))
     direct = mp.reduction.synthesise({"a": body, "b": body}, [("a.tip", "b.root")], ground=["a.root"], modes=2)

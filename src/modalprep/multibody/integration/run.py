@@ -36,6 +36,7 @@ from modalprep.multibody.integration.method_selection import (
 from modalprep.multibody.integration.step_control import go_on, step_control
 from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.integration.watching import CHUNK, new_watch
+from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import part_of_links
@@ -128,29 +129,15 @@ class Integration:
         self.events = tuple(events)
         self.observer = observer
         data = packed.data()
-        start = None
-        if loading.loops:
-            loading.enter(*loading.stretches[0])
-            y = y.copy()
-            t = loading.stretches[0][0]
-            y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(t, data), t)
-            start = branching_start(loading, y[:-1])
+        y = self._assembled(y, data)
+        start = branching_start(loading, y[:-1]) if loading.loops else None
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
-        part = part_of_links(system, packed)
-        if len(loading.reels.reels) or not keeps_momenta:  # masses are not those of the model
-            part = np.full_like(part, -1)
         bounds = loading.step_bounds() if ends is None else ending_at(loading.step_bounds(), ends)
         settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, bounds
-        self.steps = new_run(y, part, len(turning(system)), *settings)
-        sizes = size.tolist()
-        scale = self.steps.modal_size
-        for i, own, _ in packed.flexible:
-            reach = max(sizes[own])
-            scale[i, 2] = 1.0 / reach if reach > 0 else 0.0
-            if is_deflected:
-                scale[i, 2] = np.clip(np.abs(y[own]).max() / LEAST_DEFLECTION, FINEST * scale[i, 2], scale[i, 2])
+        self.steps = new_run(y, self._free_parts(keeps_momenta), len(turning(system)), *settings)
+        self._measure_deflections(size, y if is_deflected else None)
         self.pointers = {
             "callback": None if loading.compiled else self._pointer(self._loads),
             "reference": self._pointer(lambda t: self._reference(reference, t)) if reference else None,
@@ -171,6 +158,30 @@ class Integration:
         self._given = steps or {}
         self.uncut: dict[str, np.ndarray] | None = None  # the step control before steps are cut to end with the run
         self.first = np.zeros_like(self.steps.ydot)
+
+    def _assembled(self, y: np.ndarray, data: Data) -> np.ndarray:
+        """Return the start with its loops closed."""
+        loading = self.loading
+        if not loading.loops:
+            return y
+        loading.enter(*loading.stretches[0])
+        t = loading.stretches[0][0]
+        return np.append(loading.loops.assemble(data, y[:-1], loading.prescribe(t, data), t), y[-1])
+
+    def _free_parts(self, keeps_momenta: bool) -> np.ndarray:
+        """Return the part of each link whose momenta are kept; -1: of none, as where masses are not the model's."""
+        part = part_of_links(self.system, self.packed)
+        return np.full_like(part, -1) if len(self.loading.reels.reels) or not keeps_momenta else part
+
+    def _measure_deflections(self, size: np.ndarray, start: np.ndarray | None) -> None:
+        """Say which deflection of each body counts as one: its size, or less beside that of the `start`."""
+        sizes = size.tolist()
+        scale = self.steps.modal_size
+        for i, own, _ in self.packed.flexible:
+            reach = max(sizes[own])
+            scale[i, 2] = 1.0 / reach if reach > 0 else 0.0
+            if start is not None:
+                scale[i, 2] = np.clip(np.abs(start[own]).max() / LEAST_DEFLECTION, FINEST * scale[i, 2], scale[i, 2])
 
     def _limit_to_stable_steps(self) -> None:
         """Let steps be no longer than the explicit method is stable: its errors do not tell while nothing vibrates."""

@@ -38,6 +38,7 @@ from modalprep.report.tables import envelope_table
 
 if TYPE_CHECKING:
     from modalprep.ensemble.record import Ensemble
+    from modalprep.pipeline.schema.pipeline import Pipeline
     from modalprep.verdicts.verdict import Requirement
 
 LABELS: dict[Theory, str] = {
@@ -105,12 +106,7 @@ def simulate_pipeline(
     own = target is None
     target = target or folder / f"{path.stem}-run.h5"
     stem = folder / path.stem
-    written = (target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html"))
-    if pipeline.ensemble is not None:  # what it imports takes as long as a short run
-        from modalprep.pipeline.systems.ensembles import ensemble_files
-
-        written += tuple(ensemble_files(pipeline.ensemble, stem))
-    refuse_overwriting(written, [*needed_files(source), *made_bodies(source, output)])
+    refuse_overwriting(_files(pipeline, target, stem), [*needed_files(source), *made_bodies(source, output)])
     refuse_before_work(source)
     system = read_system(source, output, reporter)
     refuse_channels(source, system)
@@ -125,15 +121,12 @@ def simulate_pipeline(
             file = checkpoint_file(stem, number)
             runs[label] = _simulate(simulation, variant, options, file, reporter)
         _report(runs[label], reporter)
-    main = next(iter(runs.values()))
-    compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     if own:
         mark_source(folder, path)
-    files = [write_result(main, target, compared)]
-    files.append(write_csv(main, _csv_beside(target), simulation.output))
+    main = next(iter(runs.values()))
     extremes = envelopes(main, system.bodies)
+    files = _write(runs, extremes, target, simulation.output)
     if extremes:
-        files.append(write_envelopes(extremes, _envelopes_beside(target)))
         envelope_table(extremes, reporter.console)
     for file in files:
         reporter.wrote(file)
@@ -147,6 +140,26 @@ def simulate_pipeline(
         ensemble = simulate_ensemble(path, pipeline.ensemble, varied, simulation.steps | begin, main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
     return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
+
+
+def _files(pipeline: Pipeline, target: Path, stem: Path) -> list[Path]:
+    """Return the files that the runs may write."""
+    found = [target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html")]
+    if pipeline.ensemble is None:
+        return found
+    from modalprep.pipeline.systems.ensembles import ensemble_files  # its imports take as long as a short run
+
+    return [*found, *ensemble_files(pipeline.ensemble, stem)]
+
+
+def _write(runs: dict[str, Result], extremes: tuple[Envelope, ...], target: Path, channels: list[str]) -> list[Path]:
+    """Write the main run with the one that it is compared with, its table and its envelopes; return the files."""
+    main = next(iter(runs.values()))
+    compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
+    files = [write_result(main, target, compared), write_csv(main, _csv_beside(target), channels)]
+    if extremes:
+        files.append(write_envelopes(extremes, _envelopes_beside(target)))
+    return files
 
 
 def _theories(table: SimulationTable, geometric_stiffness: bool) -> list[Theory]:

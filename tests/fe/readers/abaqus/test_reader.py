@@ -220,7 +220,7 @@ def test_a_deck_runs_with_file_unit_interfaces_and_reduction(tmp_path, capsys):
     lines = '[mesh]\nfile = "rod.inp"\nlength_unit = "mm"\nmass_unit = "t"\n'
     lines += "[interfaces.root]\nnode = 1\n[reduction]\nmodes = 2\n"
     (tmp_path / "rod.toml").write_text(lines + "[output]\npictures = 0\n")
-    assert main(["run", str(tmp_path / "rod.toml"), "--json"]) == 0
+    assert main(["run", str(tmp_path / "rod.toml"), "--json", "--no-report"]) == 0
     files = json.loads(capsys.readouterr().out)["files"]
     body = mp.read_body(next(file for file in files if file.endswith(".h5")))
     expected = 1.875104**2 / (2 * np.pi) * np.sqrt(2.1e11 * 0.005**2 / 4 / 7800.0)
