@@ -6,17 +6,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from multibody.mechanisms import slider_crank
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.multibody.model.constraints import Closure
 from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.multibody.model.loads import AxialSpring, Bushing
 from modalprep.sensitivity import Objective, changed
 from modalprep.sensitivity.course import Course, Options
 from modalprep.sensitivity.observed import Observer, find_channel
 from modalprep.sensitivity.parameters import find
 
-STEP = 1e-3  # of differences of runs, in sizes of the parameter
+STEP = 5e-3  # of differences of runs, in sizes of the parameter
 PLACES, WEIGHTS = np.array([-2, -1, 1, 2]), np.array([1, -8, 8, -1]) / 12  # fourth order
 TIGHT = {"rtol": 1e-12, "atol": 1e-15}
 
@@ -42,9 +44,11 @@ class Case:
         if self.fixed:
             course = Course(system, [], Options(duration=self.duration, **self.times, **self.options))
             return Observer(system, self.channels, self.duration).values(course.moments, course.states)
-        run = mp.simulate(system, self.duration, **self.times, **TIGHT, method="explicit")
+        others = {name: value for name, value in self.options.items() if name in ("events", "start")}
+        run = mp.simulate(system, self.duration, **self.times, **TIGHT, **others, method="explicit")
         where = [find_channel(run.channels, name) for name in self.channels]
-        return np.array([run[c.name] if c.component < 0 else run[c.name][:, c.component] for c in where]).T
+        rows = [int(np.argmin(np.abs(run.time - t))) for t in np.linspace(0.0, self.duration, 3)]
+        return np.array([run[c.name] if c.component < 0 else run[c.name][:, c.component] for c in where]).T[rows]
 
     def differences(self):
         """Derivatives (np, 3, nc) of the channels by differences of runs."""
@@ -125,6 +129,67 @@ def four_bar():
     return Case(system, channels, names, 0.2)
 
 
+def bouncing_rod():
+    """A rigid rod falls on its tip and bounces, turning."""
+    fall = mp.Joint(
+        name="fall", type="planar", parent="ground", child="rod", second_axis=(1, 0, 0), displacement=(0, 0.5),
+        rate=0.3, angle=-0.02, speed=(1.0, -1.0),
+    )  # fmt: skip
+    floor = Closure(name="floor", type="point_on_plane", a="ground", b="rod.tip", axis=(0, 1, 0), active=False)
+    system = mp.System(bodies={"rod": block("rod")}, joints=(fall,), gravity=(0, -9.81, 0), closures=(floor,))
+    hit = mp.Event(name="hit", when="rod.tip.position.y", direction=-1, impacts=("floor",), restitution=0.6)
+    channels = ["fall.displacement.2", "fall.rate", "rod.tip.velocity.y"]
+    names = ["fall.displacement.2", "fall.speed.2", "fall.rate", "gravity.y", "rod.mass"]
+    return Case(system, channels, names, 0.4, {"rtol": 1e-10, "events": (hit,)})
+
+
+def driven():
+    """A beam whose root is turned as prescribed, with a sprung block at its tip; the law's size is a parameter."""
+    drive = mp.Joint(name="drive", type="revolute", parent="ground", child="arm", motion="0.4*sin(8*t)")
+    spring = HingeElement(stiffness=500.0, damping=2.0)
+    wrist = mp.Joint(name="wrist", type="revolute", parent="arm.tip", child="block", axis=(0, 1, 1), elements=spring)
+    system = mp.System(bodies={"arm": uniform_beam(modes=2), "block": block()}, joints=(drive, wrist))
+    names = ["drive.amplitude", "wrist.stiffness", "wrist.axis.y", "arm.mode_damping.1"]
+    return Case(system, ["wrist.angle", "arm.modal.1", "drive.drive"], names, 0.1)
+
+
+def crank_slider():
+    """Simeon's slider crank with elastic rod, driven by a closure at a constant speed."""
+    system, _ = slider_crank()
+    channels = ["rod.modal.1", "slide.displacement", "rod.modal_rate.2"]
+    return Case(system, channels, ["drive.amplitude", "rod.mode_stiffness.1", "slider.mass"], 0.0004)
+
+
+def hanging():
+    """A beam that hangs from its static equilibrium and is pushed; the equilibrium depends on the parameters."""
+    spring = HingeElement(stiffness=5000.0, damping=5.0)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=spring)
+    push = mp.PointForce(name="push", at="arm.tip", force=("0", "100*sin(20*t)", "0"))
+    system = mp.System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), gravity=(0, -9.81, 0), loads=(push,))
+    names = ["hinge.stiffness", "gravity.y", "push.amplitude", "arm.mode_stiffness.1"]
+    return Case(
+        system,
+        ["hinge.angle", "arm.modal.1", "hinge.acceleration"],
+        names,
+        0.1,
+        {"rtol": 1e-10, "start": "equilibrium"},
+    )
+
+
+def mounted():
+    """A free block on a bushing and a spring, by generalised-alpha."""
+    free = mp.Joint(name="free", type="free", parent="ground", child="block", angular_velocity=(0.3, 0.0, 1.0))
+    mount = Bushing(
+        name="mount", between=("ground", "block.root"), stiffness=(2e3, 1e3, 3e3, 50.0, 60.0, 70.0),
+        damping=(2.0, 1.0, 3.0, 0.1, 0.1, 0.1),
+    )  # fmt: skip
+    stay = AxialSpring(name="stay", between=("ground", "block.tip"), stiffness=500.0, damping=1.0, free_length=0.9)
+    system = mp.System(bodies={"block": block()}, joints=(free,), loads=(mount, stay), gravity=(0, 0, -9.81))
+    channels = ["free.displacement.3", "free.quaternion.2", "stay.tension"]
+    names = ["mount.stiffness.2", "stay.free_length", "stay.stiffness", "block.mass", "free.angular_velocity.z"]
+    return Case(system, channels, names, 0.1, **fixed("generalised_alpha"))
+
+
 def fixed(method):
     """Options of a run with fixed steps, the same for the differences."""
     given = {"method": method, "step": 5e-3, "rtol": 1e-10, "atol": 1e-15}  # rtol: of the iterations of a step
@@ -135,6 +200,11 @@ CASES = {
     "chain": chain,
     "satellite": satellite,
     "four bar": four_bar,
+    "bouncing rod": bouncing_rod,
+    "prescribed turn": driven,
+    "elastic slider crank": crank_slider,
+    "from equilibrium": hanging,
+    "bushing by generalised-alpha": mounted,
     "chain by rosenbrock": lambda: chain(**fixed("rosenbrock")),
     "satellite by rosenbrock": lambda: satellite(**fixed("rosenbrock")),
     "chain by generalised-alpha": lambda: chain(**fixed("generalised_alpha")),

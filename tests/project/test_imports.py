@@ -23,13 +23,14 @@ MAY_IMPORT = {
     "multibody": BASE | {"body"},
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody", "response"},
     "ensemble": BASE | {"multibody", "formats"},
-    "sensitivity": BASE | {"body", "multibody", "ensemble"},
+    "sensitivity": BASE | {"body", "multibody", "ensemble", "formats"},
     "correlation": BASE | {"body", "fe", "linalg"},
     "response": BASE | {"body", "reduction"},
-    "report": BASE | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
+    "report": BASE
+    | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble", "sensitivity"},
     "pipeline": BASE
     | {"body", "correlation", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report"}
-    | {"response", "supplied"},
+    | {"response", "sensitivity", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {

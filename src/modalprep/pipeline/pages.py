@@ -94,11 +94,21 @@ def page_of_run(source: Loaded, outcome: Outcome, reporter: Reporter) -> Path:
         film=drawn.film,
         envelopes=simulated.envelopes,
         notes=simulated.notes,
-        sections=[] if outcome.built else _sections(source, outcome),
+        sections=[*_derivatives(simulated), *([] if outcome.built else _sections(source, outcome))],
         inputs=page_inputs(source, {result.name: file_digest(result)}),
         verdict=outcome.verdict,
     )
     return reporter.wrote(write_run_page(shown, result.with_suffix(".html")))
+
+
+def _derivatives(simulated: Simulated) -> list[Section]:
+    """Return the section of [run_sensitivities], none without."""
+    found = simulated.derivatives
+    if found is None:
+        return []
+    from modalprep.report.run_page.derivatives import derivatives_section
+
+    return [derivatives_section(found.histories, found.objective, found.gradient, found.notes)]
 
 
 def _settings(table: SimulationTable, simulated: Simulated) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.implicit_rows import with_force_elements
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration import driver
+from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.result import output_times
@@ -20,6 +22,7 @@ from modalprep.multibody.starts import Given, started
 from modalprep.sensitivity.differences import neighbours
 from modalprep.sensitivity.explicit import ExplicitStep
 from modalprep.sensitivity.generalised_alpha import AlphaStep
+from modalprep.sensitivity.jumps import Jump, JumpMap, Readers
 from modalprep.sensitivity.local import Local, Model, Moment
 from modalprep.sensitivity.parameters import ModalStart, Parameter
 from modalprep.sensitivity.projection import Projection
@@ -46,6 +49,7 @@ class Options:
     max_step: float | None = None
     start: Given = "rest"
     period: float | None = None
+    events: Sequence[Event] = ()
 
     def output_times(self) -> np.ndarray:
         """Return the output times (nt,), from 0 to the duration.
@@ -101,7 +105,7 @@ class Course:
         self.model = Model(system, self.parameters, options.duration, options.rho_inf)
         if self.model.loops is not None and self.state is not None:
             self.model.restore(self.state)
-        if any(step.method == driver.ROSENBROCK for step in self.trace):
+        if any(step.method == driver.ROSENBROCK for step in self.run.steps_taken):
             refuse_rosenbrock(self.model)
         self.ny = self.model.nx + self.model.nu
         self.nz = self.ny + 2 * self.model.nu
@@ -123,7 +127,8 @@ class Course:
             np.array([0.0, o.duration]),
             start=state,
             kind=Traced,
-            method=EXPLICIT_ONLY if system.closures else o.method,
+            method=EXPLICIT_ONLY if system.closures or o.events else o.method,
+            events=tuple(o.events),
             rtol=o.rtol,
             atol=o.atol,
             step=o.step,
@@ -142,7 +147,7 @@ class Course:
 
     def _find_outputs(self) -> list[int]:
         """Return after how many steps each output comes."""
-        ends = np.array([0.0, *(step.t + step.h for step in self.trace)])
+        ends = np.array([0.0, *(each.at(1.0).t for each in self.trace)])
         found = [int(np.argmin(np.abs(ends - t))) for t in self.times]
         for k, t in zip(found, self.times, strict=True):
             if abs(ends[k] - t) > 1e-9 * self.options.duration:
@@ -181,7 +186,14 @@ class Course:
 
     def map(self, k: int) -> StepMap:
         """Return the map of changes of step k."""
-        return MAPS[self.trace[k].method](self.model, self.trace[k])
+        step = self.trace[k]
+        if isinstance(step, Jump):
+            return JumpMap(self.model, step, self._readers)
+        return MAPS[step.method](self.model, step)
+
+    @cached_property
+    def _readers(self) -> Readers:
+        return Readers.of(self.model, self.options.events, self.options.duration)
 
     def projection(self, output: int) -> Projection:
         """Return the projection onto closed loops of the state at an output."""
@@ -210,10 +222,17 @@ def refuse(system: System, options: Options) -> None:
     sliding = [c.name for c in system.closures if getattr(c, "friction_coefficient", 0.0)]
     if sliding:
         raise InputError(f"derivatives of a run: closure {sliding[0]!r} has friction, whose derivatives are not known")
-    if system.closures and options.method not in ("auto", EXPLICIT_ONLY):
-        raise InputError(
-            f"derivatives of a run of closed loops by {options.method!r} are not known; give method = 'explicit'"
-        )
+    if (system.closures or options.events) and options.method not in ("auto", EXPLICIT_ONLY):
+        what = "of closed loops" if system.closures else "with events"
+        raise InputError(f"derivatives of a run {what} by {options.method!r} are not known; give method = 'explicit'")
+    for event in options.events:
+        _refuse_event(event)
+
+
+def _refuse_event(event: Event) -> None:
+    if event.terminal or event.activates or event.deactivates:
+        does = "ends the run" if event.terminal else "begins or ends closures"
+        raise InputError(f"derivatives of a run: event {event.name!r} {does}; those of impacts are known only")
 
 
 def refuse_rosenbrock(model: Model) -> None:

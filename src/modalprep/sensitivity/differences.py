@@ -25,6 +25,7 @@ class Stencil(NamedTuple):
     weights: tuple[float, ...]
 
 
+LINEAR = Stencil((0.0, 1.0), (-1.0, 1.0))  # of linear functions
 CENTRAL = Stencil((-2.0, -1.0, 1.0, 2.0), (1 / 12, -2 / 3, 2 / 3, -1 / 12))
 ONE_SIDED = Stencil((0.0, 1.0, 2.0, 3.0, 4.0), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4))  # a value that is not below zero
 

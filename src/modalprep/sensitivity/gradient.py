@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.starts import Given
 from modalprep.records import Record
@@ -70,6 +71,7 @@ def gradient(
     max_step: float | None = None,
     start: Given = "rest",
     period: float | None = None,
+    events: Sequence[Event] = (),
 ) -> Gradient:
     """Return a number that a run makes and its gradient, by the steps of the run from the last to the first.
 
@@ -81,7 +83,7 @@ def gradient(
     ----------
     objective : Objective
         Such as `sensitivity.last`, `sensitivity.squares` and `sensitivity.integral` make.
-    parameters, duration, output_step, times, method, step, rtol, atol, rho_inf, max_step, start, period
+    parameters, duration, output_step, times, method, step, rtol, atol, rho_inf, max_step, start, period, events
         As `run_sensitivities` has them.
 
     Returns
@@ -131,6 +133,7 @@ def gradient(
         max_step=max_step,
         start=start,
         period=period,
+        events=events,
     )
     begin = perf_counter()
     course = Course(system, find(system, parameters), options)
@@ -143,7 +146,7 @@ def gradient(
         value=value,
         derivatives=dict(zip([each.name for each in course.parameters], found.tolist(), strict=True)),
         at=np.array([each.value for each in course.parameters]),
-        stats={"method": course.run.method, "steps": len(course.trace)} | seconds,
+        stats={"method": course.run.method, "steps": len(course.run.steps_taken)} | seconds,
         notes=notes_of(course, slopes),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.model.system import System
-from modalprep.sensitivity.differences import Neighbours, neighbours
+from modalprep.sensitivity.differences import LINEAR, Neighbours, neighbours
 from modalprep.sensitivity.parameters import Parameter
 from modalprep.sensitivity.tangent_maps import Kinematics, Layout
 
@@ -25,11 +26,29 @@ class Moment(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """Systems beside the system along a parameter that changes its forces, each at a state."""
+    """Systems along a parameter that changes its forces.
 
-    number: int  # of the parameter
+    Attributes
+    ----------
+    number : int
+        Of the parameter.
+    found : Neighbours
+        Those for what may depend on it in any way.
+    evaluators, weights : tuple of Evaluator, (k,)
+        Those for its forces, and the weights of their derivative.
+    moves_loops : bool
+        Whether the conditions of closed loops may depend on it.
+    """
+
+    number: int
     found: Neighbours
     evaluators: tuple[Evaluator, ...]
+    weights: np.ndarray
+    moves_loops: bool
+
+    def derivative(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the derivative of what was found by the evaluators, one by one."""
+        return self.found._replace(weights=self.weights).derivative(values)
 
 
 class Model:
@@ -55,9 +74,16 @@ class Model:
         self.beside = []
         for k, each in enumerate(parameters):
             if not each.is_start or system.closures:
-                found = neighbours(system, each)
-                evaluators = tuple(Evaluator(other, until=until) for other in found.systems)
-                self.beside.append(Beside(k, found, evaluators))
+                self.beside.append(self._along(k, each, until))
+
+    def _along(self, number: int, parameter: Parameter, until: float) -> Beside:
+        found = neighbours(self.system, parameter)
+        if parameter.is_linear:
+            other = Evaluator(parameter.change(self.system, parameter.value + parameter.step), until=until)
+            weights = np.array(LINEAR.weights) / parameter.step
+            return Beside(number, found, (self.evaluator, other), weights, moves_loops=False)
+        evaluators = tuple(Evaluator(other, until=until) for other in found.systems)
+        return Beside(number, found, evaluators, found.weights, moves_loops=True)
 
     def restore(self, state: SystemState) -> None:
         """Let closed loops keep what they keep in a state."""
@@ -89,7 +115,7 @@ class Model:
         by_parameter = np.zeros((2, self.nu, len(self.parameters)))
         for along in self.beside:
             found = [linear_of(each, y) for each in along.evaluators]
-            by_parameter[:, :, along.number] = along.found.derivative(found)
+            by_parameter[:, :, along.number] = along.derivative(found)
         return linear_of(self.evaluator, y), by_parameter
 
 
@@ -155,9 +181,10 @@ class Local:
     def _force_slopes(self) -> np.ndarray:
         """Return the derivatives (nu, np) of the forces that the accelerations need, by the parameters."""
         found = np.zeros((self.model.nu, len(self.model.parameters)))
+        own = self._force(self.model.evaluator)
         for along in self.model.beside:
-            forces = [self._force(evaluator) for evaluator in along.evaluators]
-            found[:, along.number] = along.found.derivative(forces)
+            forces = [own if each is self.model.evaluator else self._force(each) for each in along.evaluators]
+            found[:, along.number] = along.derivative(forces)
         return found
 
     def _force(self, evaluator: Evaluator) -> np.ndarray:
@@ -185,8 +212,8 @@ class Local:
             return np.zeros((0, len(self.model.parameters)))
         self.model.at(self.moment)
         found = np.zeros((len(self.rows.kept), len(self.model.parameters)))
-        for along in self.model.beside:
-            found[:, along.number] = along.found.derivative([self._excess(each) for each in along.evaluators])
+        for along in self._moving_loops():
+            found[:, along.number] = along.derivative([self._excess(each) for each in along.evaluators])
         return found
 
     def _excess(self, evaluator: Evaluator) -> np.ndarray:
@@ -200,10 +227,13 @@ class Local:
         assert self.rows is not None
         self.model.at(self.moment)
         gap, rate = np.zeros((2, len(self.rows.kept), len(self.model.parameters)))
-        for along in self.model.beside:
+        for along in self._moving_loops():
             found = [self._gaps(each) for each in along.evaluators]
-            gap[:, along.number], rate[:, along.number] = along.found.derivative(found)
+            gap[:, along.number], rate[:, along.number] = along.derivative(found)
         return gap, rate
+
+    def _moving_loops(self) -> list[Beside]:
+        return [along for along in self.model.beside if along.moves_loops]
 
     def _gaps(self, evaluator: Evaluator) -> np.ndarray:
         assert evaluator.loops is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -99,7 +99,7 @@ class Observer:
         return -1 if where is None else where
 
 
-def find_channel(known: dict[str, np.ndarray], name: str) -> Channel:
+def find_channel(known: Mapping[str, np.ndarray], name: str) -> Channel:
     """Return the number that a name denotes among histories (nt,) and (nt, k).
 
     Raises

@@ -20,6 +20,7 @@ from modalprep.suggest import suggestion
 OF_MODES = {"mode_stiffness": "K", "mode_damping": "D"}
 OF_START = {"modal": "modes_of", "modal_rate": "modal_rates_of"}
 MASS = "mass"
+LINEAR = ("stiffness", "damping", "friction", "limit_stiffness")
 SCALED = ("m", "s0", "E0")  # in proportion to the mass
 
 
@@ -39,6 +40,8 @@ class Parameter:
         By how much it changes noticeably, for the differences of forces; by default its value, or 1 of a value of zero.
     is_start : bool
         Whether it changes nothing but where the run starts.
+    is_linear : bool
+        Whether the forces that given accelerations need are linear in it, and loops do not depend on it.
 
     Examples
     --------
@@ -56,6 +59,7 @@ class Parameter:
     change: Callable[[System, float], System]
     size: float | None = None
     is_start: bool = False
+    is_linear: bool = False
 
     @property
     def step(self) -> float:
@@ -143,7 +147,7 @@ def _of_body(system: System, name: str, body: str, kind: str, number: str) -> Pa
         raise InputError(f"parameter {name!r}: {suggestion(kind, known, f'body {body!r} has')}{advice}")
     if kind == MASS:
         change = _body_change(body, with_mass)
-        return Parameter(name=name, value=float(flexible.m), change=change)
+        return Parameter(name=name, value=float(flexible.m), change=change, is_linear=True)
     if not (number.isdigit() and 1 <= int(number) <= flexible.n):
         raise InputError(f"parameter {name!r}: name one of the {flexible.n} modes, such as {body}.{kind}.1")
     k = int(number) - 1
@@ -154,7 +158,7 @@ def _of_body(system: System, name: str, body: str, kind: str, number: str) -> Pa
         return ModalStart(name=name, value=0.0, change=lambda system, value: system, is_start=True, row=row)
     field = OF_MODES[kind]
     change = _body_change(body, lambda own, value: _with_number(own, field, k, value))
-    return Parameter(name=name, value=float(getattr(flexible, field)[k]), change=change)
+    return Parameter(name=name, value=float(getattr(flexible, field)[k]), change=change, is_linear=True)
 
 
 def _body_change(name: str, make: Callable[[FlexibleBody, float], FlexibleBody]) -> Callable[[System, float], System]:
@@ -193,7 +197,13 @@ def _of_record(system: System, name: str) -> Parameter:
         change=lambda system, value: Parameters(system, [name]).change([value]),
         size=size,
         is_start=start,
+        is_linear=_is_linear(place),
     )
+
+
+def _is_linear(place: Place) -> bool:
+    """Whether forces are linear in a number: gravity, stiffness and damping of joints, springs and bushings."""
+    return place.row < 0 or (place.table in ("joints", "loads") and place.field in LINEAR)
 
 
 def _value_and_size(system: System, place: Place, name: str) -> tuple[float, float | None]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.starts import Given
 from modalprep.records import Record
@@ -89,6 +90,7 @@ def run_sensitivities(
     max_step: float | None = None,
     start: Given = "rest",
     period: float | None = None,
+    events: Sequence[Event] = (),
 ) -> RunSensitivities:
     """Return channels of a run and their derivatives by parameters, which go along with the run.
 
@@ -109,8 +111,8 @@ def run_sensitivities(
         s.
     times : (nt,) or None
         Output times instead of equal steps, s.
-    method, step, rtol, atol, rho_inf, max_step, start, period
-        As `simulate` has them.
+    method, step, rtol, atol, rho_inf, max_step, start, period, events
+        As `simulate` has them; events may be impacts.
 
     Returns
     -------
@@ -155,6 +157,7 @@ def run_sensitivities(
         max_step=max_step,
         start=start,
         period=period,
+        events=events,
     )
     course = Course(system, find(system, parameters), options)
     slopes = ChannelSlopes(course.model, channels, duration, course.state)
@@ -168,7 +171,7 @@ def run_sensitivities(
         at=np.array([each.value for each in course.parameters]),
         values=values,
         derivatives=derivatives,
-        stats={"method": course.run.method, "steps": len(course.trace)},
+        stats={"method": course.run.method, "steps": len(course.run.steps_taken)},
         notes=notes_of(course, slopes),
     )
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.integration.run import Integration, Record
+from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Moment
 
 APART = 1e-12  # of the time: two steps between which nothing lies
@@ -63,11 +64,11 @@ class Traced(Integration):
 
     Attributes
     ----------
-    trace : list of Step
+    trace : list of Step and Jump
     """
 
     def __init__(self, *args, **options) -> None:
-        self.trace: list[Step] = []
+        self.trace: list[Step | Jump] = []
         self._stretch = (0.0, 0.0)
         self._last = 0.0  # length of the last step of this method
         super().__init__(*args, **options)
@@ -93,8 +94,8 @@ class Traced(Integration):
     def _keep(self, method: int) -> None:
         """Keep the step that was accepted last."""
         clock = self.steps.clock[0]
-        t, h = float(clock.begin), float(clock.last_step)
-        if self.trace and abs(self.trace[-1].t + self.trace[-1].h - t) > APART * max(1.0, abs(t)):
+        t, h = float(clock.begin), float(clock.time - clock.begin)  # an event ends it early
+        if self.trace and abs(self.trace[-1].at(1.0).t - t) > APART * max(1.0, abs(t)):
             raise SimulationError(f"the steps of the run are not known near t = {t:.6g} s")
         nx = self.packed.nx
         ny = nx + self.packed.nu
@@ -112,8 +113,24 @@ class Traced(Integration):
         self.trace.append(step)
         self._last = h
 
+    def _change(self, record: Record, end: float) -> bool:
+        before = self.steps.y[:-1].copy()
+        here = [self.events[e] for e in self.search.signs]
+        goes_on = super()._change(record, end)
+        hits = [event for event in here if event.impacts]
+        if len(hits) > 1:
+            raise SimulationError(f"derivatives of a run: several impacts at once, at t = {self._t:.6g} s")
+        if hits:
+            self.trace.append(Jump(self._t, self._stretch, hits[0], before, self.steps.y[:-1].copy()))
+        return goes_on
+
     @property
     def method(self) -> str:
         """Names of the methods of all steps, in their order."""
         names = ("explicit", "rosenbrock", "generalised_alpha")
-        return ", ".join(dict.fromkeys(names[step.method] for step in self.trace))
+        return ", ".join(dict.fromkeys(names[step.method] for step in self.steps_taken))
+
+    @property
+    def steps_taken(self) -> list[Step]:
+        """The steps without the jumps."""
+        return [each for each in self.trace if isinstance(each, Step)]

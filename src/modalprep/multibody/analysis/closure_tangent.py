@@ -103,6 +103,8 @@ class _End:
 
 def conditions(tree: TreeTangent, loops: Loops, kept: np.ndarray) -> Conditions:
     """Return the derivatives of the conditions that are `kept`."""
+    if not len(kept):  # all closures are inactive
+        return Conditions(*np.zeros((4, 0, tree.packed.nu)))
     ends: dict[int, _End] = {}
     found = []
     for i in kept.tolist():

@@ -12,6 +12,7 @@ from modalprep.pipeline.schema.analysis import AnalysisTable, CollectTable, Ense
 from modalprep.pipeline.schema.base import OneOf, ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
+from modalprep.pipeline.schema.derivatives import RunSensitivitiesTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.fe import (
     AddedMassTable,
@@ -204,6 +205,7 @@ class Pipeline(ForceElements):
     inverse_kinematics: InverseKinematicsTable | None = None
     simulation: SimulationTable | None = None
     ensemble: EnsembleTable | None = None
+    run_sensitivities: RunSensitivitiesTable | None = None
     analysis: AnalysisTable | None = None
     collect: CollectTable | None = Field(None, description="channels of the run that join the table of a batch")
     plots: list[PlotTable] = Field([])
@@ -343,9 +345,12 @@ class Pipeline(ForceElements):
         return self
 
     @model_validator(mode="after")
-    def _ensemble_has_a_run(self) -> Pipeline:
+    def _derived_has_a_run(self) -> Pipeline:
         if self.ensemble and (self.simulation is None or self.simulation.variables != "joint" or self.deployments):
             raise ValueError("[ensemble] needs a [simulation] in joint variables without [deployments]")
+        table, run = self.run_sensitivities, self.simulation
+        if table and (run is None or run.variables != "joint" or self.deployments):
+            raise ValueError("[run_sensitivities] needs a [simulation] in joint variables without [deployments]")
         return self
 
     @field_validator("loads")

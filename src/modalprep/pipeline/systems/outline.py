@@ -135,6 +135,10 @@ def refuse_channels(source: Loaded, system: System | DeployingSystem, pending: C
             _refuse_film(pipeline.film, system)
             if pipeline.ensemble is not None:
                 Parameters(system, list(pipeline.ensemble.parameters))
+            if pipeline.run_sensitivities is not None and not pending:
+                from modalprep.pipeline.systems.derivatives import refuse_derivatives  # which imports reports
+
+                refuse_derivatives(pipeline.run_sensitivities, system, simulation, known.channels)
 
 
 def _refuse_film(table: FilmTable, system: System) -> None:

@@ -39,6 +39,7 @@ from modalprep.report.tables import envelope_table
 if TYPE_CHECKING:
     from modalprep.ensemble.record import Ensemble
     from modalprep.pipeline.schema.pipeline import Pipeline
+    from modalprep.pipeline.systems.derivatives import Differentiated
     from modalprep.verdicts.verdict import Requirement
 
 LABELS: dict[Theory, str] = {
@@ -52,7 +53,7 @@ LABELS: dict[Theory, str] = {
 class Simulated:
     """The system, its runs by label (the main one first), files, the audits of the main run, the ensemble.
 
-    `envelopes` are those of the recoveries in the main run.
+    `envelopes` are those of the recoveries in the main run, `derivatives` those of [run_sensitivities].
     """
 
     system: System | DeployingSystem
@@ -61,6 +62,7 @@ class Simulated:
     audits: tuple[Requirement, ...] = ()
     ensemble: Ensemble | None = None
     envelopes: tuple[Envelope, ...] = ()
+    derivatives: Differentiated | None = None
 
     @property
     def main(self) -> Result:
@@ -69,9 +71,10 @@ class Simulated:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the bodies, on each run and on the ensemble."""
+        """Notes on the bodies, on each run, on the ensemble and on the derivatives."""
         runs = [f"{label}: {note}" for label, run in self.runs.items() for note in run.notes]
-        return (*body_warnings(self.system.bodies), *runs, *(self.ensemble.notes if self.ensemble else ()))
+        more = [note for part in (self.ensemble, self.derivatives) if part for note in part.notes]
+        return (*body_warnings(self.system.bodies), *runs, *more)
 
 
 @says_compiling
@@ -84,7 +87,7 @@ def simulate_pipeline(
     geometric_stiffness: bool = True,
     reference: bool = False,
 ) -> Simulated:
-    """Run the simulation part of a pipeline file, then its ensemble; write HDF5 and CSV.
+    """Run the simulation part of a pipeline file, then its ensemble and its derivatives; write HDF5 and CSV.
 
     Raises
     ------
@@ -139,17 +142,29 @@ def simulate_pipeline(
         assert isinstance(varied, System)  # by the check of the file: [deployments] are not combined with [ensemble]
         ensemble = simulate_ensemble(path, pipeline.ensemble, varied, simulation.steps | begin, main, stem, reporter)
         audited.append(ensemble_audit(ensemble))
-    return Simulated(system, runs, files, tuple(audited), ensemble, extremes)
+    derivatives = None
+    if pipeline.run_sensitivities is not None:
+        from modalprep.pipeline.systems.derivatives import differentiate
+
+        varied = variants[LABELS[theories[0]]]
+        assert isinstance(varied, System)  # by the check of the file
+        asked = simulation.steps | begin
+        derivatives = differentiate(path, pipeline.run_sensitivities, varied, asked, stem, reporter)
+    return Simulated(system, runs, files, tuple(audited), ensemble, extremes, derivatives)
 
 
 def _files(pipeline: Pipeline, target: Path, stem: Path) -> list[Path]:
     """Return the files that the runs may write."""
     found = [target, _csv_beside(target), _envelopes_beside(target), target.with_suffix(".html")]
-    if pipeline.ensemble is None:
-        return found
-    from modalprep.pipeline.systems.ensembles import ensemble_files  # its imports take as long as a short run
+    if pipeline.ensemble is not None:
+        from modalprep.pipeline.systems.ensembles import ensemble_files  # its imports take as long as a short run
 
-    return [*found, *ensemble_files(pipeline.ensemble, stem)]
+        found += ensemble_files(pipeline.ensemble, stem)
+    if pipeline.run_sensitivities is not None:
+        from modalprep.pipeline.systems.derivatives import derivative_files
+
+        found += derivative_files(pipeline.run_sensitivities, stem)
+    return found
 
 
 def _write(runs: dict[str, Result], extremes: tuple[Envelope, ...], target: Path, channels: list[str]) -> list[Path]:
