@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
-from differentiated import CASES
+from differentiated import CASES, bouncing_rod, chain, four_bar, mounted, satellite
 
+import modalprep as mp
+from modalprep.errors import InputError, SimulationError
+from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.sensitivity import Objective, Parameter, last, squares
 from modalprep.sensitivity.parameters import find
 
 DIFFERENCES = 1e-6  # what differences of runs leave, relative to the largest derivative of a channel
@@ -29,3 +33,114 @@ def test_derivatives_agree_with_differences_of_runs(name):
     by_size = (np.maximum(np.abs(found.derivatives), least[:, None]) * np.abs(weights)).sum(axis=(1, 2))
     forward = np.tensordot(found.derivatives, weights, 2)
     assert np.all(np.abs(case.gradient(weights).vector - forward) <= 1e-8 * by_size)
+
+
+def oscillator(**elements):
+    """4 kg on a spring of 100 N/m, from 0.5 m: x = cos(5 t) / 2."""
+    ball = mp.rigid_body("ball", mass=4.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    spring = HingeElement(stiffness=100.0, **elements)
+    slide = mp.Joint(name="slide", type="prismatic", parent="ground", child="ball", displacement=0.5, elements=spring)
+    return mp.System(bodies={"ball": ball}, joints=(slide,))
+
+
+def test_a_fit_has_no_slope_where_it_is_exact():
+    """Half the sum of squares: its gradient is the Jacobian of the residuals times them; zero for the true values."""
+    times = np.linspace(0.0, 0.5, 6)
+    measured = {"slide.displacement": 0.5 * np.cos(5 * times)}
+    found = mp.gradient(oscillator(), squares(measured), ["slide.stiffness"], 0.5, times=times)
+    off = mp.gradient(oscillator(), squares({"slide.displacement": np.zeros(6)}), ["slide.stiffness"], 0.5, times=times)
+    slope = -0.5 * times * np.sin(5 * times) * 5 / 200  # of x by k
+    assert abs(found.vector[0]) < 1e-9 * abs(off.vector[0])
+    assert off.vector[0] == pytest.approx(measured["slide.displacement"] @ slope, rel=1e-7)
+
+
+def test_a_parameter_of_a_user_is_any_change():
+    """The square root of a stiffness: x = cos(p w t) / 2, dx/dp = -w t sin(w t) / 2."""
+
+    def stiffer(system, p):
+        elements = HingeElement(stiffness=100.0 * p**2)
+        return system.with_(joints=(system.joints[0].with_(elements=elements),))
+
+    p = Parameter(name="p", value=1.0, change=stiffer)
+    found = mp.run_sensitivities(oscillator(), ["slide.displacement"], [p], 0.4, times=[0.1, 0.4])
+    assert found.of("slide.displacement", "p") == pytest.approx(-2.5 * found.time * np.sin(5 * found.time), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: mp.gradient(oscillator(), last("slide.angle"), ["slide.stiffness"], 0.1), "channel 'slide.angle'"),
+        (lambda: mp.gradient(oscillator(), last("slide.speed"), ["slide.stifness"], 0.1), "stiffness"),
+        (lambda: mp.gradient(oscillator(), last("slide.speed"), [], 0.1), "give a list of names"),
+        (lambda: mp.gradient(oscillator(), last("slide.speed"), ["gravity.x", "gravity.x"], 0.1), "given 2 times"),
+        (
+            lambda: mp.gradient(oscillator(drive="sin(t)"), last("slide.speed"), ["slide.drive"], 0.1),
+            "differentiate by its amplitude, slide.amplitude",
+        ),
+        (
+            lambda: mp.gradient(
+                oscillator(), Objective(channels=("slide.speed",), value=lambda t, h: (1.0, h[1:])), ["gravity.x"], 0.1
+            ),
+            "its derivatives (11, 1), one for each output time",
+        ),
+        (
+            lambda: mp.gradient(oscillator(), squares({"slide.speed": np.zeros(3)}), ["gravity.x"], 0.1),
+            "3 measured values of a channel, but 11 output times",
+        ),
+        (
+            lambda: mp.run_sensitivities(oscillator(), ["slide.speed"], ["gravity.x"], 0.1, times=[0.2]),
+            "between 0 and the duration, 0.1 s",
+        ),
+        (
+            lambda: mp.run_sensitivities(four_bar().system, ["knee.angle"], ["gravity.x"], 0.1, method="rosenbrock"),
+            "of closed loops by 'rosenbrock' are not known; give method = 'explicit'",
+        ),
+        (
+            lambda: mp.run_sensitivities(mounted().system, ["stay.tension"], ["gravity.x"], 0.1, method="rosenbrock"),
+            "with springs or bushings between bodies are not known",
+        ),
+        (
+            lambda: mp.run_sensitivities(
+                oscillator(friction=1.0), ["slide.speed"], ["gravity.x"], 0.1, method="rosenbrock"
+            ),
+            "with friction or limits of joint 'slide' are not known",
+        ),
+        (
+            lambda: mp.run_sensitivities(
+                bouncing_rod().system, ["fall.rate"], ["gravity.x"], 0.1,
+                events=[mp.Event(name="hit", when="fall.rate", activates=("floor",))],
+            ),
+            "event 'hit' begins or ends closures",
+        ),
+        (
+            lambda: mp.run_sensitivities(chain().system, ["root.angle"], ["block.mass", "arm.mass"], 0.1),
+            "of a flexible body give a Parameter that makes the body anew",
+        ),
+        (
+            lambda: mp.run_sensitivities(
+                satellite().system, ["wing.angle"], ["arm.modal.1"], 0.1, start="quasi_static"
+            ),
+            "start values of modes are known where",
+        ),
+        (
+            lambda: mp.run_sensitivities(
+                oscillator(), ["slide.speed"], ["slide.speed"], 0.1, start={}
+            ),
+            "the start is a given state",
+        ),
+    ],
+)  # fmt: skip
+def test_what_has_no_derivatives_is_refused_in_a_sentence(call, sentence):
+    with pytest.raises(InputError) as error:
+        call()
+    assert sentence in str(error.value)
+
+
+def test_a_run_that_only_touches_an_event_has_no_derivatives():
+    """The function of the event and its rate vanish at once."""
+    case = bouncing_rod()
+    joint = case.system.joints[0].with_(displacement=(0, 0.0), speed=(0, 0.0), rate=0.0, angle=0.0)
+    system = case.system.with_(joints=(joint,), gravity=(0, 0, 0))
+    touch = mp.Event(name="touch", when=lambda t, state: (t - 0.05) ** 3, impacts=("floor",))
+    with pytest.raises(SimulationError, match="event 'touch' only touches zero at t = 0.05 s"):
+        mp.run_sensitivities(system, ["fall.rate"], ["rod.mass"], 0.1, events=[touch])

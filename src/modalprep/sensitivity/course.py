@@ -103,8 +103,8 @@ class Course:
         self.run = self._integrated()
         self.trace = self.run.trace
         self.model = Model(system, self.parameters, options.duration, options.rho_inf)
-        if self.model.loops is not None and self.state is not None:
-            self.model.restore(self.state)
+        if self.model.loops is not None and self.given is not None:
+            self.model.restore(self.given)
         if any(step.method == driver.ROSENBROCK for step in self.run.steps_taken):
             refuse_rosenbrock(self.model)
         self.ny = self.model.nx + self.model.nu
@@ -112,13 +112,20 @@ class Course:
         self.outputs = self._find_outputs()
         self._projections: dict[int, Projection] = {}
 
+    @property
+    def given(self) -> SystemState | None:
+        """The state from which the run was to start; None where the start values of joints say it."""
+        return None if isinstance(self.options.start, str) else self.state
+
     def _refuse_idle_starts(self) -> None:
-        given = not isinstance(self.options.start, str)
         for each in self.parameters:
-            if each.is_start and given and not isinstance(each, ModalStart):
+            if each.is_start and self.given is not None and not isinstance(each, ModalStart):
                 raise InputError(f"parameter {each.name!r}: {GIVEN_START}")
-            if isinstance(each, ModalStart) and self.options.start != "rest":
-                raise InputError(f"parameter {each.name!r}: modes have start values where the run starts at rest")
+            if isinstance(each, ModalStart) and (self.options.start != "rest" or self.system.closures):
+                raise InputError(
+                    f"parameter {each.name!r}: start values of modes are known where a run without closures starts "
+                    "at rest"
+                )
 
     def _prepared(self, system: System, state: SystemState | None) -> Traced:
         o = self.options
@@ -174,7 +181,7 @@ class Course:
         for k, each in enumerate(self.parameters):
             if isinstance(each, ModalStart):
                 found[each.row, k] = 1.0
-            elif self.state is None or isinstance(self.options.start, str):
+            elif self.given is None or self.system.closures:
                 beside = neighbours(self.system, each)
                 found[:, k] = beside.derivative([self._start(other) for other in beside.systems])
         return found

@@ -138,7 +138,7 @@ def gradient(
     begin = perf_counter()
     course = Course(system, find(system, parameters), options)
     run = perf_counter()
-    slopes = ChannelSlopes(course.model, objective.channels, duration, course.state)
+    slopes = ChannelSlopes(course.model, objective.channels, duration, course.given)
     value, weights = objective.evaluate(course.times, slopes.observer.values(course.moments, course.states))
     found = reverse(course, slopes, weights)
     seconds = {"seconds": run - begin, "reverse_seconds": perf_counter() - run}

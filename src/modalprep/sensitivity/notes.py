@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from modalprep.multibody.model.loads import Callback
+from modalprep.multibody.model.loads import AxialSpring, Callback
 from modalprep.multibody.model.system import System
+from modalprep.multibody.results.validity import large_deflections
 from modalprep.sensitivity.course import Course
 from modalprep.sensitivity.observed import ChannelSlopes
 
 
 def notes_of(course: Course, slopes: ChannelSlopes) -> tuple[str, ...]:
     """Return how derivatives were found, and where they are to be taken with care."""
-    found = [*kinks(course.system), *_singular(course)]
+    found = [*kinks(course.system), *_singular(course), *_deflected(course)]
     forces = [repr(course.parameters[along.number].name) for along in course.model.beside]
     if forces:
         found.append(f"by differences of the forces at given accelerations: derivatives by {', '.join(forces)}")
+    start = course.options.start
+    if isinstance(start, str) and start != "rest":
+        found.append(f"by differences of the start {start!r} between systems: its derivatives")
     if slopes.differenced:
         names = ", ".join(map(repr, slopes.differenced))
         found.append(f"by differences of the channel at given states: {names}")
@@ -25,6 +29,13 @@ def notes_of(course: Course, slopes: ChannelSlopes) -> tuple[str, ...]:
 def _singular(course: Course) -> Iterator[str]:
     if course.run.change_points.looks:
         yield "the run comes near a singular position of closed loops, where derivatives lose digits"
+
+
+def _deflected(course: Course) -> Iterator[str]:
+    """Return what a run says of deflections that are too large for modes."""
+    packed, bodies = course.model.packed, course.system.bodies
+    modal = {name: course.states[:, packed.modes_of(name)] for name, body in bodies.items() if body.n}
+    yield from large_deflections(bodies, course.times, modal)
 
 
 def kinks(system: System) -> Iterator[str]:
@@ -48,3 +59,5 @@ def kinks(system: System) -> Iterator[str]:
     for load in system.loads:
         if isinstance(load, Callback):
             yield f"by differences of its forces at given states: derivatives of callback {load.name!r}"
+        if isinstance(load, AxialSpring) and load.tension_only:
+            yield f"spring {load.name!r} can go slack: derivatives are of one side where it does within a step"

@@ -160,7 +160,7 @@ def run_sensitivities(
         events=events,
     )
     course = Course(system, find(system, parameters), options)
-    slopes = ChannelSlopes(course.model, channels, duration, course.state)
+    slopes = ChannelSlopes(course.model, channels, duration, course.given)
     moments, states = course.moments, course.states
     values = slopes.observer.values(moments, states)
     derivatives = slopes.forward(moments, states, state_changes(course))
