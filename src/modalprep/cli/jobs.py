@@ -137,6 +137,7 @@ def compile_solver(bodies: str) -> None:
 
     from modalprep.compiler.jit import when_compiling
     from modalprep.examples import small_systems
+    from modalprep.multibody.analysis.linearise import linearise
     from modalprep.multibody.evaluation.equations_of_motion import EquationsOfMotion
     from modalprep.multibody.simulate import simulate as integrate
     from modalprep.pipeline.console import Reporter
@@ -150,3 +151,4 @@ def compile_solver(bodies: str) -> None:
             with silent(), when_compiling(say, "modalprep.multibody"):
                 integrate(system, t_end=1e-3)
                 EquationsOfMotion(system)
+                linearise(system)

@@ -178,6 +178,21 @@ def sum_lanes(a, b, c, d):
     return np.sum((a, b, c, d), axis=1).view(Lanes)
 
 
+def _columns(builder: Any, *rows: Any) -> Any:
+    pairs = [
+        _shuffled(builder, a, b, places) for a, b in (rows[:2], rows[2:]) for places in ((0, 4, 2, 6), (1, 5, 3, 7))
+    ]
+    halves = ((0, 1, 4, 5), (2, 3, 6, 7))
+    found = [_shuffled(builder, pairs[k], pairs[k + 2], places) for places in halves for k in (0, 1)]
+    return cgutils.pack_array(builder, found)
+
+
+@_compiled(_columns, types.UniTuple(LANES, WIDTH), *WIDTH * (LANES,))
+def transposed_lanes(a, b, c, d):
+    """Return the first numbers of a, of b, of c and of d, then their second ones, and so on."""
+    return tuple(row.view(Lanes) for row in np.array((a, b, c, d)).T.copy())
+
+
 @_compiled(_larger, LANES, LANES, LANES)
 def larger(a, b):
     """Return the larger of two numbers in each of four lanes."""

@@ -123,7 +123,7 @@ def conditions(tree: TreeTangent, loops: Loops, kept: np.ndarray) -> Conditions:
 def _frame(tree: TreeTangent, end: Any) -> Moving:
     if end["link"] < 0:
         return tree.on_ground(end["position"])
-    return tree.interface(int(end["link"]), int(end["interface"]))[0]
+    return tree.interface(int(end["link"]), int(end["interface"]))
 
 
 def _coupler(loops: Loops, i: int, nu: int) -> tuple[np.ndarray, ...]:

@@ -23,6 +23,7 @@ from modalprep.multibody.analysis.tree_tangent import TreeTangent
 from modalprep.multibody.elements import registry
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.loads import called_forces
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
@@ -142,11 +143,12 @@ class SystemTangent:
 
     def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True) -> None:
         self.chart, evaluator = chart, chart.evaluator
-        required = evaluator.required(chart.y, udot, moving=moving)
         loading = evaluator.loading
+        required = self._required(udot, moving)
         self.motion = loading.motion.copy()
         system = evaluator.system.with_masses_at(evaluator.t)
-        self.tree = TreeTangent(system, evaluator.packed, chart.y, udot, self.motion, evaluator.t)
+        packed = evaluator.packed if system is evaluator.system else pack(system)
+        self.tree = TreeTangent(system, packed, chart.y, udot, self.motion, evaluator.t)
         if system.loads or system.orbit:
             for load in registry.tangents(self.tree.scene):
                 self.tree.add(load)
@@ -158,6 +160,16 @@ class SystemTangent:
             self._close(evaluator.loops, required)
         self.found = self.tree.finish()
         self.called = self._called() if not loading.compiled else None
+
+    def _required(self, udot: np.ndarray, moving: bool) -> np.ndarray:
+        """Return the forces that the accelerations need, with the slopes of joints' elements in the loading."""
+        evaluator = self.chart.evaluator
+        if evaluator.loading.active or evaluator.loops:
+            return evaluator.required(self.chart.y, udot, moving=moving)
+        motion = evaluator.loading.prescribe(evaluator.t)
+        if not moving:
+            motion[:, 1:] = 0.0
+        return np.zeros(evaluator.nu)
 
     def _close(self, loops: Loops, required: np.ndarray) -> None:
         """Add what the loops exert, and find how the dependent speeds and accelerations follow."""

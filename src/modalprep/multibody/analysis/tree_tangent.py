@@ -1,13 +1,10 @@
-"""Derivatives of the inverse dynamics of a tree: one sweep of columns outward, one inward (theory 5.8).
+"""Derivatives of the inverse dynamics of a tree, by the compiled sweeps of kernels/tangents (theory 5.8).
 
-A column of a frame says what one coordinate or speed changes by: the twist of the frame, ``J``; the components of its
-velocity V; and ``b = da - dV x V`` of those of its acceleration a. Where a joint or an interface has no part in a
-change, the columns (J, dV, b) of the next frame are those of the last one, taken to its axes as twists are.
+What acts on links and interfaces is added between the two sweeps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,27 +13,18 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.elements.dense import BodyState, Frame, Point, Scene
 from modalprep.multibody.elements.slopes import BodySlopes, EndSlopes, turning
-from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
+from modalprep.multibody.kernels.articulated_body import outward
+from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.kernels.tangents.frames import end_curvature, end_frame, link_frame
+from modalprep.multibody.kernels.tangents.inward import inward_tangents
+from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
-from modalprep.multibody.reference.equations import RELATIVE, ground_spin
-from modalprep.multibody.tangents.bodies import body_force
-from modalprep.multibody.tangents.interfaces import Shapes, curvature, interface_motion
-from modalprep.multibody.tangents.spatial import (
-    Tangents,
-    add_rows,
-    carried,
-    inertia_columns,
-    inward,
-    motion_cross,
-    shift,
-    single_axis_way,
-)
+from modalprep.multibody.tangents.spatial import Tangents, motion_cross, shift, turned_wrench
 from modalprep.vectors import cross, on_both, skew
 
-ONE = np.eye(3)
-NONE = np.zeros((6, 0))
+ORIGIN = np.zeros(3)
 
 
 class Moving(NamedTuple):
@@ -46,31 +34,26 @@ class Moving(NamedTuple):
     p: np.ndarray  # (3,)
     V: np.ndarray  # (6,)
     a: np.ndarray  # (6,) rates of the components of V
-    columns: np.ndarray  # (6, 4 nu): J, dV by coordinates, b by coordinates, b by speeds; dV by speeds is J
+    columns: np.ndarray  # (6, 4, nu): J, dV by coordinates, b by coordinates, b by speeds; dV by speeds is J
 
     @property
     def J(self) -> np.ndarray:
         """Twists by the coordinates (6, nu), and velocities by the speeds."""
-        return self.part(0)
+        return self.columns[:, 0]
 
     @property
     def V_x(self) -> np.ndarray:
         """Velocities by the coordinates (6, nu)."""
-        return self.part(1)
+        return self.columns[:, 1]
 
     def acceleration_slopes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (6, nu) of the acceleration of the origin, and the angular one, by x and by u."""
         v, w = skew(self.V[:3]), skew(self.V[3:])
-        found = self.part(2).copy(), self.part(3).copy()
+        found = self.columns[:, 2].copy(), self.columns[:, 3].copy()
         for slopes, spin in zip(found, (self.V_x[3:], self.J[3:]), strict=True):
             slopes[:3] -= 2 * v @ spin
             slopes[3:] -= w @ spin
         return found
-
-    def part(self, k: int) -> np.ndarray:
-        """Return part k of the columns (6, nu)."""
-        n = self.columns.shape[1] // 4
-        return self.columns[:, k * n : (k + 1) * n]
 
 
 class Seen(NamedTuple):
@@ -86,73 +69,6 @@ class Seen(NamedTuple):
     a_u: np.ndarray
 
 
-class Crossing(NamedTuple):
-    """The way from one frame to the next one outward, whose own coordinates are `own`."""
-
-    X: np.ndarray  # (6, 6)
-    partial: np.ndarray  # (6, k) axes of the next frame
-    own: slice
-    shapes: Shapes | None = None  # of an interface of a body with modes
-
-
-class LinkConstants(NamedTuple):
-    """What the way to a link has that does not move; axes of the bodies."""
-
-    parent: int  # link, -1 the ground
-    interface: int
-    flexible: bool  # whether the parent's interface moves on its body
-    file: str  # of `RELATIVE`
-    prescribed: bool
-    along: float
-    about: float
-    coordinates: slice
-    speeds: slice
-    modal: slice  # modal coordinates
-    modes: slice  # modal speeds
-    base: np.ndarray  # (3, 3) axes of the joint to those of the last frame
-    back: np.ndarray  # (3, 3) axes of the link to those of the joint
-    arm: np.ndarray  # (3,) from the last frame, its axes
-    S: np.ndarray  # (6, k) directions of the joint's rates
-    partial: np.ndarray  # (6, k) those of its speeds, none of a prescribed joint
-
-
-def link_constants(packed: Packed, carried: Sequence[FlexibleBody | None]) -> list[LinkConstants]:
-    """Return them of all links; the directions of joints are constant in the axes of their links."""
-    found = []
-    for i, row in enumerate(packed.model.links):
-        kind, parent = KINDS[row["joint"]], int(row["parent"])
-        grounded = parent == len(packed.links)
-        body = None if grounded else carried[parent]
-        flexible = bool(body is not None and body.n)
-        align, back = np.eye(3) if grounded else packed.align(parent), packed.align(i).T
-        prescribed = row["joint"] == PRESCRIBED
-        file = "single_axis" if prescribed else kind.file
-        x, u, xq, uq, modes = (int(row[name]) for name in ("x", "u", "xq", "uq", "modes"))
-        at_rest = np.array([1.0, 0, 0, 0]) if kind.quaternion == 0 else np.array([0, 0, 0, 1.0, 0, 0, 0])
-        S = on_both(back.T) @ RELATIVE[file](row, at_rest, np.zeros(6 if file == "free" else 3)).S
-        found.append(
-            LinkConstants(
-                parent=-1 if grounded else parent,
-                interface=int(row["interface"]),
-                flexible=flexible,
-                file=file,
-                prescribed=prescribed,
-                along=float(row["along"]),
-                about=float(row["about"]),
-                coordinates=slice(x, x + kind.coordinates),
-                speeds=slice(u, u + kind.speeds),
-                modal=slice(xq, xq + modes),
-                modes=slice(uq, uq + modes),
-                base=align @ row["rotation"].reshape(3, 3),
-                back=back,
-                arm=np.zeros(3) if flexible else np.array(align @ row["arm"]),
-                S=S,
-                partial=S[:, : kind.speeds],
-            )
-        )
-    return found
-
-
 class TreeTangent:
     """The tree at a state with accelerations: `add` what acts on it, then `finish`.
 
@@ -160,6 +76,8 @@ class TreeTangent:
     ----------
     system : System
         With the masses of the time.
+    packed : Packed
+        Of that system.
     y : (nx + nu,)
         State.
     udot : (nu,)
@@ -185,141 +103,124 @@ class TreeTangent:
         self.system, self.packed = system, packed
         self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
-        M, D, K, stiffness = np.zeros((4, nu, nu))
-        self.found = Tangents(np.zeros(nu), M, D, K, np.zeros(nu), stiffness)
-        self.spin = ground_spin(system)
+        self.data, self.work = packed.data(), packed.sweep()
+        outward(packed.model, self.data, y, motion)
+        required_forces(packed.model, self.data, udot, np.empty(nu))
+        outward_tangents(packed.model, self.data, self.work)
         self.ground = Moving(
-            ONE,
-            np.zeros(3),
-            np.concatenate([np.zeros(3), self.spin]),
-            np.concatenate([-system.gravity, np.zeros(3)]),
-            np.zeros((6, 4 * nu)),
+            np.eye(3),
+            ORIGIN,
+            np.concatenate([ORIGIN, self.data.links["omega"][-1]]),
+            np.concatenate([-packed.model.gravity, ORIGIN]),
+            np.zeros((6, 4, nu)),
         )
-        self.links: list[Moving] = []
-        self.ways: list[tuple[Crossing, ...]] = []
-        self.interfaces: dict[tuple[int, int], tuple[Moving, tuple[Crossing, ...]]] = {}
+        self.interfaces: dict[tuple[int, int], Moving] = {}
+        self.links: dict[int, Moving] = {}
         self.views: dict[tuple[int, int], Seen] = {}
-        self.carried = [system.bodies[link.body] if link.body else None for link in packed.links]
-        self.constants = packed.kept("ways", lambda: link_constants(packed, self.carried))
-        for i in range(len(packed.links)):
-            self._outward(i)
-        self.wrench = np.zeros((len(self.links), 6))
-        self.sizes = np.zeros((len(self.links), 6))  # sums of absolute values
-        self.wrench_columns = np.zeros((len(self.links), 6, 3 * nu))  # by coordinates, speeds, accelerations
-        for i in range(len(self.links)):
-            self._add_inertia(i)
+        self.added: Tangents | None = None
 
-    def _outward(self, i: int) -> None:
-        """Find the motion of link i."""
-        own = self.constants[i]
-        frame, way = (self.ground, ()) if own.parent < 0 else (self.links[own.parent], ())
-        if own.flexible:
-            frame, way = self.interface(own.parent, own.interface)
-        rate, growth = self.y[self.packed.nx :][own.speeds], self.udot[own.speeds]
-        x = self.y[own.coordinates]
-        if own.prescribed:
-            x, rate, growth = (self.motion[i, k : k + 1] for k in range(3))
-        if own.file == "single_axis":
-            turn, place, X = single_axis_way(own.base, own.back, own.arm, own.along, own.about, float(x[0]))
-        else:
-            moved = RELATIVE[own.file](self.packed.model.links[i], x, rate)
-            turn, place = own.base @ moved.turn @ own.back, own.arm + own.base @ moved.place
-            X = shift(turn, place)
-        crossing = Crossing(X, own.partial, own.speeds)
-        self.links.append(self._moved(frame, turn, place, crossing, own.S @ rate, own.S @ growth))
-        self.ways.append((*way, crossing))
+    @property
+    def spin(self) -> np.ndarray:
+        """Angular velocity (3,) of the ground, that of the orbit."""
+        return self.ground.V[3:]
 
-    def interface(self, link: int, node: int) -> tuple[Moving, tuple[Crossing, ...]]:
-        """Return the motion of an interface of a link's body, in axes of the interface, and the way to it."""
+    @property
+    def sums(self) -> Tangents:
+        """What was added, but for what the wrenches of the work do."""
+        if self.added is None:
+            self.added = _zeros(self.nu)
+        return self.added
+
+    def link(self, i: int) -> Moving:
+        """Return the motion of a link, in axes of its body."""
+        if i not in self.links:
+            self.links[i] = self._fixed(i, ORIGIN)
+        return self.links[i]
+
+    def interface(self, link: int, node: int) -> Moving:
+        """Return the motion of an interface of a link's body, in axes of the interface."""
         if (link, node) not in self.interfaces:
             self.interfaces[link, node] = self._interface(link, node)
         return self.interfaces[link, node]
 
-    def _interface(self, link: int, node: int) -> tuple[Moving, tuple[Crossing, ...]]:
-        body = self.body_of(link)
-        frame = self.links[link]
-        if not body.n:
-            r = body.interface_position[node]
-            crossing = Crossing(shift(ONE, r), NONE, slice(0, 0))
-            none = np.zeros(6)
-            return self._moved(frame, ONE, r, crossing, none, none), (crossing,)
-        at = interface_motion(body, node, self.modal(link))
-        crossing = Crossing(shift(at.R, at.r), at.partial, self.constants[link].modes, at.shapes)
-        own = at.twist_q, at.rate_q, at.rate_qd
-        return self._moved(frame, at.R, at.r, crossing, at.twist, at.rate, own), (crossing,)
+    def _interface(self, link: int, node: int) -> Moving:
+        model = self.packed.model
+        if model.links["modes"][link]:
+            motion, columns = np.empty(24), np.zeros((6, 4, self.nu))
+            end_frame(model, self.data, self.work, link, node, motion, columns)
+            return _moving(motion, columns)
+        return self._fixed(link, model.interfaces[model.links["first_interface"][link] + node])
+
+    def _fixed(self, link: int, place: np.ndarray) -> Moving:
+        motion, columns = np.empty(24), np.zeros((6, 4, self.nu))
+        link_frame(self.packed.model, self.data, self.work, link, place, motion, columns)
+        return _moving(motion, columns)
 
     def on_ground(self, position: np.ndarray) -> Moving:
         """Return the motion of a point of the ground."""
-        crossing = Crossing(shift(ONE, position), NONE, slice(0, 0))
-        return self._moved(self.ground, ONE, position, crossing, np.zeros(6), np.zeros(6))
+        arm = cross(self.spin, position)
+        V = np.concatenate([arm, self.spin])
+        return Moving(np.eye(3), position, V, self.ground.a, self.ground.columns)
 
     def body_of(self, link: int) -> FlexibleBody:
         """Return the body that a link carries."""
-        body = self.carried[link]
+        body = self.packed.links[link].body
         assert body is not None  # massless links have no interfaces
-        return body
+        return self.system.bodies[body]
 
-    def modal(self, link: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return q, q' and q'' of a link's body."""
-        own = self.constants[link]
-        return self.y[own.modal], self.y[self.packed.nx :][own.modes], self.udot[own.modes]
-
-    def _moved(
-        self,
-        frame: Moving,
-        R: np.ndarray,
-        r: np.ndarray,
-        way: Crossing,
-        twist: np.ndarray,
-        rate: np.ndarray,
-        own: tuple[np.ndarray, ...] | None = None,
-    ) -> Moving:
-        """Return the frame at the end of a way, with its velocity relative to the last one and the rate of that.
-
-        `own` has the derivatives of these: of the velocity by the coordinates, of the rate by coordinates and speeds.
-        """
-        S, first = way.partial, way.own.start
-        none = np.zeros_like(S)
-        found = carried(way.X, frame.V, frame.a, frame.columns, twist, rate, S, first, *(own or (none, none, none)))
-        return Moving(frame.R @ R, frame.p + frame.R @ r, *found)
-
-    def _add_inertia(self, i: int) -> None:
-        body, frame = self.carried[i], self.links[i]
-        if body is None:
-            return
-        v, w = frame.V[:3], frame.V[3:]
-        A = frame.a.copy()
-        A[:3] += cross(w, v)
-        own = body_force(body, w, A, self.modal(i))
-        first = self.constants[i].modes.start
-        columns = inertia_columns(frame.V, frame.columns, own.by_spin, own.mass, own.by_q, own.by_qd, first)
-        self.add_to_body(i, own.force, columns)
+    def modes(self, link: int) -> slice:
+        """Return the speeds of the modes of a link's body."""
+        row = self.packed.model.links[link]
+        return slice(int(row["uq"]), int(row["uq"] + row["modes"]))
 
     def add_to_body(self, link: int, force: np.ndarray, columns: np.ndarray) -> None:
         """Add a force (6 + n,) of a link's body at its origin, its axes, and its derivatives (6 + n, 3 nu)."""
-        self.wrench[link] += force[:6]
-        self.sizes[link] += np.abs(force[:6])
-        self.wrench_columns[link] += columns[:6]
-        own = force[6:]
-        add_rows(self.constants[link].modes.start, own, np.abs(own), columns[6:], self.found)
+        frame = self.link(link)
+        modes = self.modes(link)
+        self._add(frame, columns[:6])
+        self._pull(link, frame.R, force[:6])
+        self.sums.force[modes] += force[6:]
+        self.sums.size[modes] += np.abs(force[6:])
+        for part, own in zip(self._parts, np.hsplit(columns[6:], 3), strict=True):
+            part[modes] += own
 
     def add_to_interface(self, link: int, node: int, wrench: np.ndarray, columns: np.ndarray) -> None:
         """Add a wrench (6,) on an interface, its axes, and its derivatives (6, 3 nu)."""
-        _, way = self.interface(link, node)
-        self._inward(link, way, wrench, np.abs(wrench), columns)
+        frame, own = self.interface(link, node), self.link(link)
+        self._add(frame, columns)
+        self._on_modes(link, node, wrench)
+        self._pull(link, own.R, _at_link(own, frame, wrench))
 
-    def _inward(
-        self, link: int, way: tuple[Crossing, ...], w: np.ndarray, size: np.ndarray, columns: np.ndarray
-    ) -> None:
-        """Take a wrench along a way, from its end, to a link; -1: the ground."""
-        for X, S, own, shapes in reversed(way):
-            if shapes is not None:
-                self.found.K[own, own] += curvature(shapes, w)
-            w, size, columns = inward(X, S, own.start, w, size, columns, self.found)
-        if link >= 0:
-            self.wrench[link] += w
-            self.sizes[link] += size
-            self.wrench_columns[link] += columns
+    def _on_modes(self, link: int, node: int, wrench: np.ndarray) -> None:
+        """Add what a wrench, axes of the interface, does on the modes, which turn their own partial velocities."""
+        modes, model = self.modes(link), self.packed.model
+        if model.modal is None or modes.stop == modes.start:
+            return
+        frame, own = self.interface(link, node), self.link(link)
+        partial = frame.J[:, modes]
+        self.sums.force[modes] += partial.T @ wrench
+        self.sums.size[modes] += np.abs(partial).T @ np.abs(wrench)
+        out = np.zeros((modes.stop - modes.start, model.modal.K.shape[1]))
+        base = self.data.links["orientation"][link].reshape(3, 3)
+        end_curvature(model, self.data, self.work, link, node, on_both(base.T @ frame.R) @ wrench, out)
+        self.sums.K[modes, modes] += out[:, : len(out)]
+        self.sums.K[:, modes] += own.J.T @ _at_link(own, frame, turned_wrench(wrench) @ partial)
+
+    @property
+    def _parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self.sums.K, self.sums.D, self.sums.M
+
+    def _add(self, frame: Moving, columns: np.ndarray) -> None:
+        """Add what the changes (6, 3 nu) of a wrench on a frame do."""
+        own = frame.J.T
+        for part, change in zip(self._parts, np.hsplit(columns, 3), strict=True):
+            part += own @ change
+
+    def _pull(self, link: int, R: np.ndarray, wrench: np.ndarray) -> None:
+        """Add a wrench (6,), axes R, that turns with a link at its origin."""
+        row = self.work.frames[link]
+        row["wrench"] += on_both(R) @ wrench
+        row["size"] += np.abs(on_both(R)) @ np.abs(wrench)
 
     @cached_property
     def scene(self) -> Scene:
@@ -328,18 +229,19 @@ class TreeTangent:
         return Scene(self.system, states, self._point, self.t)
 
     def _seen(self, i: int) -> BodyState:
-        frame = self.links[i]
-        q, qd, _ = self.modal(i)
+        frame, row = self.link(i), self.packed.model.links[i]
+        first, n = int(row["xq"]), int(row["modes"])
+        q, qd = self.y[first : first + n], self.y[self.packed.nx :][self.modes(i)]
         V = frame.V - self._carried(frame)
-        A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), np.zeros(3)])
-        return BodyState(frame.R, frame.p, V, frame.J, A, self.body_of(i), q, qd, self.constants[i].modes)
+        A = frame.a + np.concatenate([cross(frame.V[3:], frame.V[:3]), ORIGIN])
+        return BodyState(frame.R, frame.p, V, frame.J, A, self.body_of(i), q, qd, self.modes(i))
 
     def _carried(self, frame: Moving) -> np.ndarray:
         """Return the velocity (6,) of the ground where a frame is, in its axes."""
         return np.concatenate([frame.R.T @ cross(self.spin, frame.p), frame.R.T @ self.spin])
 
     def _point(self, body: str, node: int) -> Point:
-        frame, _ = self.interface(self.packed.link_of(body), node)
+        frame = self.interface(self.packed.link_of(body), node)
         world = on_both(frame.R)
         V = world @ (frame.V - self._carried(frame))
         return Point(Frame(frame.p, frame.R, V[:3], V[3:]), world @ frame.J, world @ frame.a)
@@ -356,19 +258,21 @@ class TreeTangent:
 
         The forces themselves are not added.
         """
-        for matrix, own in zip((self.found.K, self.found.D), slope, strict=True):
-            matrix[np.diag_indices(self.nu)] -= own
+        if np.any(slope):
+            for matrix, own in zip((self.sums.K, self.sums.D), slope, strict=True):
+                matrix[np.diag_indices(self.nu)] -= own
 
     def _add_ends(self, load: EndSlopes) -> None:
         ends = [locate(self.system.bodies, end, end) for end in load.ends]
         moving = [k for k, end in enumerate(ends) if end is not None]
         places = [(self.packed.link_of(end[0]), end[1]) for end in ends if end is not None]
-        frames = [self.interface(*place)[0] for place in places]
+        frames = [self.interface(*place) for place in places]
         rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in moving])
         pose = np.vstack([on_both(frame.R) @ frame.J for frame in frames])
         rate = np.vstack([on_both(frame.R) @ self.seen_rates(frame) for frame in frames])
         by_pose, by_rate = (each[np.ix_(rows, rows)] for each in (load.by_pose, load.by_rate))
-        self.found.stiffness[:] += np.abs(pose).T @ (np.abs(by_pose) @ np.abs(pose))
+        stiffness = self.sums.stiffness
+        stiffness += np.abs(pose).T @ (np.abs(by_pose) @ np.abs(pose))
         columns = np.hstack([by_pose @ pose + by_rate @ rate, by_rate @ pose, np.zeros((len(rows), self.nu))])
         for k, (place, frame) in enumerate(zip(places, frames, strict=True)):
             own = slice(6 * k, 6 * k + 6)
@@ -379,7 +283,7 @@ class TreeTangent:
     def seen(self, link: int, node: int) -> Seen:
         """Return how an interface moves, seen from the ground, which turns with a constant spin."""
         if (link, node) not in self.views:
-            self.views[link, node] = self._view(self.interface(link, node)[0])
+            self.views[link, node] = self._view(self.interface(link, node))
         return self.views[link, node]
 
     def _view(self, frame: Moving) -> Seen:
@@ -403,7 +307,7 @@ class TreeTangent:
 
     def _add_body(self, load: BodySlopes) -> None:
         i = self.packed.link_of(load.body)
-        frame, modes = self.links[i], self.constants[i].modes
+        frame, modes = self.link(i), self.modes(i)
         n = 6 + modes.stop - modes.start
         by_rate, by_acceleration = (X + np.zeros((n, 6)) for X in (load.by_rate, load.by_acceleration))
         seen = frame.V_x - motion_cross(self._carried(frame)) @ frame.J
@@ -420,6 +324,22 @@ class TreeTangent:
 
     def finish(self) -> Tangents:
         """Return the derivatives of the forces that the accelerations need beyond what was added."""
-        for i in range(len(self.links) - 1, -1, -1):
-            self._inward(self.constants[i].parent, self.ways[i], self.wrench[i], self.sizes[i], self.wrench_columns[i])
-        return self.found
+        M, D, K = np.zeros((3, self.nu, self.nu))
+        force, size = np.empty((2, self.nu))
+        inward_tangents(self.packed.model, self.data, self.work, K, D, M, force, size)
+        found = Tangents(force, M, D, K, size, 0.0)
+        return found if self.added is None else Tangents(*map(np.add, found, self.added))
+
+
+def _zeros(nu: int) -> Tangents:
+    M, D, K, stiffness = np.zeros((4, nu, nu))
+    return Tangents(np.zeros(nu), M, D, K, np.zeros(nu), stiffness)
+
+
+def _moving(motion: np.ndarray, columns: np.ndarray) -> Moving:
+    return Moving(motion[3:12].reshape(3, 3), motion[:3], motion[12:18], motion[18:], columns)
+
+
+def _at_link(own: Moving, frame: Moving, wrench: np.ndarray) -> np.ndarray:
+    """Return wrenches (6, ...) on a frame of a link, its axes, at the link and in its axes."""
+    return shift(own.R.T @ frame.R, own.R.T @ (frame.p - own.p)).T @ wrench

@@ -12,6 +12,7 @@ import numpy as np
 
 from modalprep.compiler.by_address import Pattern
 from modalprep.multibody.kernels.data import Data, Integrals, ModalData, Model, new_data
+from modalprep.multibody.kernels.tangents.data import Modes, Sweep, new_sweep
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 
@@ -150,6 +151,22 @@ class Packed:
         new = new_data(self.model, depleting=self.depleting)
         integrals = Pattern(new.modal.integrals) if new.modal and self.depleting else None
         return Pattern(new), Pattern(new.modal) if new.modal else None, integrals
+
+    def sweep(self) -> Sweep:
+        """Return new work of the derivatives of the inverse dynamics."""
+        sweep, modes, parts = self._sweep
+        if modes is None:
+            return sweep.copy()
+        return sweep.copy(modes=modes.copy(**{name: part.copy() for name, part in parts.items()}))
+
+    @cached_property
+    def _sweep(self) -> tuple[Pattern[Sweep], Pattern[Modes] | None, dict[str, Pattern]]:
+        """Patterns of the work of the derivatives, of that of the modes, and of its records."""
+        new = new_sweep(self.model)
+        if new.modes is None:
+            return Pattern(new), None, {}
+        parts = {name: Pattern(getattr(new.modes, name)) for name in ("bends", "turns", "bodies")}
+        return Pattern(new), Pattern(new.modes), parts
 
     def link_of(self, body: str) -> int:
         """Return the link that carries a body."""

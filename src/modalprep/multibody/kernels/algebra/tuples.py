@@ -29,6 +29,18 @@ def get3(v):
 
 
 @compile_inline
+def unit3(axis):
+    """Return the direction of axis 0, 1 or 2, zero for any other number."""
+    return 1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0
+
+
+@compile_inline
+def scaled3(f, v):
+    """Return ``f v``."""
+    return f * v[0], f * v[1], f * v[2]
+
+
+@compile_inline
 def get_angular(v):
     """The angular part of a spatial vector in an array."""
     return v[3], v[4], v[5]

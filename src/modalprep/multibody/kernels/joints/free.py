@@ -29,6 +29,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     take3,
     take4,
     take6,
+    unit3,
 )
 from modalprep.multibody.kernels.joints.weld import to_parent
 
@@ -60,6 +61,12 @@ def rates(link, nx, y, ydot):
 def along(link, speeds, linear, angular):
     """Return (linear, angular) with ``S speeds`` added."""
     return add3(linear, take3(speeds, link.u)), add3(angular, take3(speeds, link.u + 3))
+
+
+@compile_inline
+def direction(link, s):
+    """See `weld.direction`."""
+    return unit3(s), unit3(s - 3)
 
 
 @compile_inline

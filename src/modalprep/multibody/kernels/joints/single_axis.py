@@ -78,6 +78,12 @@ def along(link, speeds, linear, angular):
 
 
 @compile_inline
+def direction(link, s):
+    """See `weld.direction`."""
+    return (0.0, 0.0, link.along), (0.0, 0.0, link.about)
+
+
+@compile_inline
 def project(link, wrench, out):
     """Write ``S' wrench``."""
     out[link.u] = along_axis(link, wrench)

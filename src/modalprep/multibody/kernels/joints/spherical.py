@@ -30,6 +30,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     sub9,
     take3,
     take4,
+    unit3,
 )
 from modalprep.multibody.kernels.joints.weld import to_parent
 
@@ -52,6 +53,12 @@ def rates(link, nx, y, ydot):
 def along(link, speeds, linear, angular):
     """Return (linear, angular) with ``S speeds`` added."""
     return linear, add3(angular, take3(speeds, link.u))
+
+
+@compile_inline
+def direction(link, s):
+    """See `weld.direction`."""
+    return ZERO3, unit3(s)
 
 
 @compile_inline

@@ -35,6 +35,12 @@ def along(link, speeds, linear, angular):
 
 
 @compile_inline
+def direction(link, s):
+    """Return the velocity (linear, angular) that a unit of speed s of a joint gives, link's axes."""
+    return ZERO3, ZERO3
+
+
+@compile_inline
 def project(link, wrench, out):
     """Write nothing: there is no speed."""
 

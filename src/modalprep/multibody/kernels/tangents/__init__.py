@@ -1,0 +1,1 @@
+"""Exact derivatives of the inverse dynamics of a tree, in compiled sweeps."""
