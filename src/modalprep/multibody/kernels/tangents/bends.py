@@ -58,16 +58,22 @@ def bent(bends, k, B, strain, count, q, qd, qdd, n):
     """Write a displacement (count,) of second order and its derivatives, after `second_order`."""
     _strain_rows(bends, k, strain, count, n)
     tau_q, growth = bends.rows[k, 0], bends.rows[k, 1]
-    tau, speed, pull = 0.5 * along_modes(tau_q, q, n), along_modes(tau_q, qd, n), along_modes(tau_q, qdd, n)
+    tau = 0.5 * along_modes(tau_q, q, n)
+    speed = along_modes(tau_q, qd, n)
+    pull = along_modes(tau_q, qdd, n)
     rising = along_modes(growth, qd, n)
     g, g1, g2 = shortening(tau)
     h, h1, h2 = swing(tau)
     bends.factors[k, 0], bends.factors[k, 1], bends.factors[k, 2] = g, h1, g1
     third = third_slopes(tau, g1, g2)
     for c in range(count):
-        x, xd, xdd = along_modes(B[c], q, n), along_modes(B[c], qd, n), along_modes(B[c], qdd, n)
+        x = along_modes(B[c], q, n)
+        xd = along_modes(B[c], qd, n)
+        xdd = along_modes(B[c], qdd, n)
         Dq = bends.Dq[k, c]
-        t, td, tdd = 0.5 * along_modes(Dq, q, n), along_modes(Dq, qd, n), along_modes(Dq, qdd, n)
+        t = 0.5 * along_modes(Dq, q, n)
+        td = along_modes(Dq, qd, n)
+        tdd = along_modes(Dq, qdd, n)
         bow = h2 * x + g2 * t
         along = h1 * x + g1 * t
         mixed = h1 * xd + g1 * td + speed * bow
@@ -77,7 +83,9 @@ def bent(bends, k, B, strain, count, q, qd, qdd, n):
         bends.p[k, c] = h * x + g * t
         rate, acceleration = four(0.0), four(0.0)
         for b in range(0, n, WIDTH):
-            own, curved, bending = get_lanes(B[c], b), get_lanes(Dq, b), get_lanes(bends.Dqd[k, c], b)
+            own = get_lanes(B[c], b)
+            curved = get_lanes(Dq, b)
+            bending = get_lanes(bends.Dqd[k, c], b)
             first, second = get_lanes(tau_q, b), get_lanes(growth, b)
             slope = h1 * own + g1 * curved
             dp = h * own + g * curved + along * first
@@ -90,7 +98,8 @@ def bent(bends, k, B, strain, count, q, qd, qdd, n):
             put_lanes(bends.acceleration_q[k, c], b, by_q)
             rate = rate + dp * get_lanes(qd, b)
             acceleration = acceleration + dp * get_lanes(qdd, b) + rate_q * get_lanes(qd, b)
-        bends.rate[k, c], bends.acceleration[k, c] = add_lanes(rate), add_lanes(acceleration)
+        bends.rate[k, c] = add_lanes(rate)
+        bends.acceleration[k, c] = add_lanes(acceleration)
 
 
 @compile_inline

@@ -234,7 +234,9 @@ def _eta(modal, model, own, i, n, grows):
 @compile_inline
 def _rest_rows(own, M, S, W, b, n):
     """Write the torque by four of eta and its rates, and the force on them."""
-    P, Pd, Pdd = rows9(own.P_eta[0], b), rows9(own.P_eta[1], b), rows9(own.P_eta[2], b)
+    P = rows9(own.P_eta[0], b)
+    Pd = rows9(own.P_eta[1], b)
+    Pdd = rows9(own.P_eta[2], b)
     WP = product(W, P)
     by_eta = product(S, add9(P, _transposed(P)))
     by_eta = add9(axpy9(by_eta, 2.0, product(W, _transposed(Pd))), _transposed(Pdd))

@@ -171,7 +171,8 @@ def _preorder(parents: np.ndarray) -> list[int]:
 def _modes(model: Model) -> Modes:
     assert model.modal is not None
     N = model.modal.K.shape[1]
-    slots, ends = int(model.links["slot"].max()) + 1, int(model.links["phi"].max()) + 3
+    slots = int(model.links["slot"].max()) + 1
+    ends = int(model.links["phi"].max()) + 3
     bends = {name: (ends, 12, N) for name in ("Dq", "Dqd", "Dqdd", "dp", "rate_q", "acceleration_q")}
     bends |= {"rows": (ends, 3, N), **dict.fromkeys(("p", "rate", "acceleration", "along", "bow"), (ends, 12))}
     turns = {name: (ends, 3, N) for name in ("v_q", "spin_q", "w_q", "wd_q", "wd_qd")}

@@ -105,6 +105,7 @@ def _put_columns(out, u, column, arm, R):
     """Write the column of speed u, shifted and turned."""
     for part in range(4):
         linear, angular = take3(column, 6 * part), take3(column, 6 * part + 3)
-        x, y = transposed_times(R, add3(linear, cross(angular, arm))), transposed_times(R, angular)
+        x = transposed_times(R, add3(linear, cross(angular, arm)))
+        y = transposed_times(R, angular)
         for c in range(3):
             out[c, part, u], out[3 + c, part, u] = x[c], y[c]

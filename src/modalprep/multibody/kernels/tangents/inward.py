@@ -71,7 +71,10 @@ def _block(own, s, n, u, K, D, M, force, size):
 @compile_inline
 def _joint(model, work, i, K, D, M, force, size):
     """Add the rows and columns of link i's joint."""
-    link, frame, rows, columns = model.links[i], work.frames[i], work.rows, work.columns
+    link = model.links[i]
+    frame = work.frames[i]
+    rows = work.rows
+    columns = work.columns
     count, first = link.uq - link.u, frame.first
     for s in range(count):
         column = columns[first + s]

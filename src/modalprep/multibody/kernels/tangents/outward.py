@@ -203,7 +203,8 @@ def _own_forces(modes, model, data, work, i, base, v, w):
             _flexible_forces(model, data, work, i, base)
             return
     m = own.M[0]
-    a, alpha = times(base, get3(own.acceleration)), times(base, get_angular(own.acceleration))
+    a = times(base, get3(own.acceleration))
+    alpha = times(base, get_angular(own.acceleration))
     f = add3(combined(m, a, 1.0, cross(alpha, s)), cross(w, cross(w, s)))
     t = add3(add3(cross(s, a), symmetric_times(J, alpha)), cross(w, symmetric_times(J, w)))
     _put_wrench(frame, f, t)
@@ -249,7 +250,9 @@ def _flexible_forces(model, data, work, i, base):
     """Write force and derivatives of a flexible body, and the rows of its modes."""
     own, frame, modes = data.links[i], work.frames[i], work.modes
     modal, s = data.modal, model.links[i].slot
-    a, alpha, w = get3(own.acceleration), get_angular(own.acceleration), get3(own.omega)
+    a = get3(own.acceleration)
+    alpha = get_angular(own.acceleration)
+    w = get3(own.omega)
     S = add9_outer(spin_matrix(alpha), w)
     flexible_slopes(modal, model, modes, i, a, S, w)
     force = modes.bodies.force[s]
