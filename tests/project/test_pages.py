@@ -61,16 +61,21 @@ def test_matrices_block_runs(page, tmp_path, bracket_model):
     )
 
 
-def test_system_block_runs(page, tmp_path):
-    """Its satellite, with a beam of the examples as boom; the boom ends at its limit."""
-    block = blocks(page("reference/simulation.md"), "toml")[0]
+def write_satellite(folder):
+    """Write the bodies of the page's satellite, with a beam of the examples as boom."""
     places = {"root": [0, 0, 0], "side": [0.5, 0, 0], "nozzle": [0, 0, -0.5]}
     bus = mp.rigid_body(
         "bus", mass=200.0, centre=np.zeros(3), inertia=40 * np.eye(3),
         interfaces={name: np.array(place, dtype=float) for name, place in places.items()},
     )  # fmt: skip
-    mp.write_body(bus, tmp_path / "bus.h5")
-    mp.write_body(uniform_beam(modes=2), tmp_path / "boom.h5")
+    mp.write_body(bus, folder / "bus.h5")
+    mp.write_body(uniform_beam(modes=2), folder / "boom.h5")
+
+
+def test_system_block_runs(page, tmp_path):
+    """Its satellite, with a beam of the examples as boom; the boom ends at its limit."""
+    block = blocks(page("reference/simulation.md"), "toml")[0]
+    write_satellite(tmp_path)
     (tmp_path / "job.toml").write_text(block)
     assert main(["simulate", str(tmp_path / "job.toml")]) == 0
     run = mp.read_result(tmp_path / "output/job/job-run.h5")
@@ -91,13 +96,7 @@ def test_ensemble_block_runs(page, tmp_path, capsys):
     """With the satellite of the page and some of its cases; its Python runs too."""
     text = page("reference/simulation.md")
     system, *_, ensemble = blocks(text, "toml")
-    places = {"root": [0, 0, 0], "side": [0.5, 0, 0], "nozzle": [0, 0, -0.5]}
-    bus = mp.rigid_body(
-        "bus", mass=200.0, centre=np.zeros(3), inertia=40 * np.eye(3),
-        interfaces={name: np.array(place, dtype=float) for name, place in places.items()},
-    )  # fmt: skip
-    mp.write_body(bus, tmp_path / "bus.h5")
-    mp.write_body(uniform_beam(modes=2), tmp_path / "boom.h5")
+    write_satellite(tmp_path)
     few = ensemble.replace("cases = 256", "cases = 2")
     (tmp_path / "job.toml").write_text(system.replace("t_end = 5.0", "t_end = 0.1") + few)
     assert main(["simulate", str(tmp_path / "job.toml")]) == 0

@@ -45,6 +45,7 @@ def test_rayleigh_closed_form():
     assert found.ratio(np.array([lowest]))[0] == pytest.approx(np.sqrt(found.alpha * found.beta), rel=1e-14)
     other = rayleigh((2.0, 8.0), (0.03, 0.02))
     np.testing.assert_allclose(other.ratio(np.array([2.0, 8.0])), [0.03, 0.02], rtol=1e-14)
+    np.testing.assert_allclose(rayleigh((0.1, 0.05), (0.02, 0.02)).ratio(np.array([0.1, 0.05])), 0.02, rtol=1e-14)
 
 
 @pytest.mark.parametrize(("ratio", "constant"), [((0.01, 0.04), "alpha"), ((0.04, 0.01), "beta")])

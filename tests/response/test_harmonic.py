@@ -5,7 +5,7 @@ import pytest
 from response.beams import BETA, ELEMENTS, LENGTH, cantilever, direct
 
 import modalprep as mp
-from modalprep.examples import cantilever_model
+from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.reduction.basis import held_mass
 from modalprep.reduction.damping import Rayleigh
 from modalprep.reduction.table import DIRECTIONS
@@ -53,6 +53,21 @@ def test_with_all_modes_it_is_the_direct_solution(complete, inputs):
         start = [found[f"beam.1.start.{x}"][k] for x in ("N", "Vy", "Vz", "T", "My", "Mz")]
         assert start == pytest.approx(-elastic, rel=1e-7, abs=1e-7 * np.abs(elastic).max())
     assert not any("mode displacement" in note for note in found.notes)
+
+
+def test_modes_that_their_masses_couple_move_the_same_body():
+    """Modes mixed until all have the stiffness one, of a body so soft that the first turns at 0.4 rad/s."""
+    body = uniform_beam(modes=3)
+    body = body.with_(K=body.K / 100, D=0 * body.K, frequency=body.frequency / 10)
+    T = np.linalg.qr(np.random.default_rng(1).standard_normal((body.n, body.n)))[0] / np.sqrt(body.K)[:, None]
+    shapes = {name: getattr(body, name) @ T for name in ("S", "H", "phi", "psi", "shape")}
+    mixed = body.with_(K=np.ones(body.n), D=np.zeros(body.n), modal_mass=T.T @ T, **shapes)
+    one, two = (
+        harmonic_response(each, {"base.z": 1.0, "tip.y": 2.0}, F, damping=Rayleigh(alpha=0.02, beta=0.01), refine=False)
+        for each in (body, mixed)
+    )
+    for name in ("tip.acceleration.y", "tip.acceleration.z", "base.force.z"):
+        assert two[name] == pytest.approx(one[name], rel=1e-8)
 
 
 def test_few_modes_have_the_error_that_mode_acceleration_leaves(complete):

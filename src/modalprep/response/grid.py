@@ -39,6 +39,9 @@ def integration_grid(
     >>> w, H2 = f / 10, lambda w: 1 / ((1 - w**2) ** 2 + (2e-3 * w) ** 2)
     >>> bool(abs(weight @ H2(w) / (10 * np.pi / 4e-3) - 1) < 1e-3)  # the rest is outside the band
     True
+    >>> f, weight = integration_grid(0.01, 1.0, np.zeros(0), np.zeros(0), np.zeros(0))
+    >>> bool(abs(weight @ (1 / f) / np.log(100) - 1) < 1e-8)
+    True
     """
     octaves = low * 2.0 ** np.arange(0, np.ceil(np.log2(high / low)))
     ends = np.concatenate([[low, high], octaves, breakpoints, _around(resonance, ratio, low, high)])

@@ -19,7 +19,6 @@ from modalprep.supplied.reduced import body_from_reduced
 STIFFNESS, MASS = ("KXX", "KAA", "KAAX"), ("MXX", "MAA", "MAAX")
 VISCOUS = ("BXX1", "BXX", "BAA", "BAAX")
 STRUCTURAL = ("K4XX1", "K4XX", "K4AA", "K4AAX")
-SUFFIXES = (".op4", ".asm", ".pch")
 
 
 def read_extseout(

@@ -12,10 +12,8 @@ from annotated_types import GroupedMetadata
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 GRAVITY, INCH, POUND = 9.80665, 0.0254, 0.45359237
-BASES = ("kg", "m", "s", "rad", "A")
 MASS, LENGTH, TIME, ANGLE, CURRENT = range(5)
 FORCE, STRESS, WORK = (1, 1, -2, 0, 0), (1, -1, -2, 0, 0), (1, 2, -2, 0, 0)
-PER_TIME = (0, 0, -1, 0, 0)
 POWER = (1, 2, -3, 0, 0)
 FIELD = (1, 0, -2, 0, -1)
 RATE = (0, 0, -1, 1, 0)
