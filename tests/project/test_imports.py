@@ -24,13 +24,14 @@ MAY_IMPORT = {
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody", "response"},
     "ensemble": BASE | {"multibody", "formats"},
     "sensitivity": BASE | {"body", "multibody", "ensemble", "formats"},
+    "runtime": BASE | {"multibody", "examples"},
     "correlation": BASE | {"body", "fe", "linalg"},
     "response": BASE | {"body", "reduction"},
     "report": BASE
     | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble", "sensitivity"},
     "pipeline": BASE
     | {"body", "correlation", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report"}
-    | {"response", "sensitivity", "supplied"},
+    | {"response", "runtime", "sensitivity", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
@@ -56,14 +57,14 @@ LAYERS = {
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
         "schema.reduction", "schema.responses", "schema", "building", "systems", "responses", "film", "view",
-        "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
+        "fmu", "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},
     "meshio": {"fe"},
     "gmsh": {"fe"},
-    "numba": {"compiler"},
+    "numba": {"compiler", "runtime"},
     "pyvista": {"report.pictures", "report.show", "report.painter"},
     "matplotlib": {"report"},
     "pydantic": {"pipeline"},

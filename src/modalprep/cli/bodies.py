@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -178,8 +178,10 @@ def check(
 
 @app.command()
 def export(
-    file: ModalFile,
-    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}.")],
+    file: Annotated[
+        Path, typer.Argument(help="Modal file (HDF5), or for fmu a pipeline file (TOML) with [simulation].")
+    ],
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; fmu of a system.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,
@@ -204,9 +206,29 @@ def export(
     noise: Annotated[
         float, typer.Option("--noise", help="Of the synthetic test: standard deviation over the largest displacement.")
     ] = 0.0,
+    fmi: Annotated[str | None, typer.Option("--fmi", help="Version of FMI of fmu: 2 (default) or 3.")] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option("--kind", help="Kind of fmu: me (model exchange), cs (co-simulation) or both (default)."),
+    ] = None,
+    platform: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--platform",
+            help="With fmu: linux-x86_64, linux-aarch64, windows-x86_64 or macos-arm64; repeat. Default: this machine.",
+        ),
+    ] = None,
+    output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Convert a modal file to the format of another program."""
+    """Convert a modal file to the format of another program, or a system to a functional mock-up unit (FMU)."""
+    if to == "fmu":
+        _refuse_given("fmu", dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
+        _export_fmu(
+            file, target, {"fmi": fmi or "2", "kind": kind or "both", "platforms": platform or ()}, output, as_json
+        )
+        return
+    _refuse_given(to, fmi=fmi, kind=kind, platform=platform, output=output)
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.building.sources import claiming, refuse_overwriting
@@ -229,6 +251,33 @@ def export(
         reporter.note(note)
     if as_json:
         print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+
+
+def _refuse_given(to: str, **options: object) -> None:
+    """Refuse options of other formats."""
+    from modalprep.errors import InputError
+
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"format {to!r} has no {name}; leave --{name} out")
+
+
+def _export_fmu(file: Path, target: Path | None, options: dict[str, Any], output: Path | None, as_json: bool) -> None:
+    """Write the system of a pipeline file as an FMU."""
+    from modalprep.errors import InputError
+    from modalprep.pipeline.building.sources import claiming
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.fmu import fmu_of_pipeline
+
+    if file.suffix != ".toml":
+        raise InputError(f"an FMU is of a system: give its pipeline file (TOML), not {file}")
+    reporter = Reporter(quiet=as_json)
+    beside = file.with_suffix(".fmu")
+    with claiming({} if target else {beside: file}):
+        model = fmu_of_pipeline(file, output, reporter, target=target or beside, **options)
+    if as_json:
+        said = {"method": model.method, "variables": len(model.variables)}
+        print_json({"files": [str(f) for f in reporter.files], "notes": list(model.notes), **said})
 
 
 def _synthetic(

@@ -1,0 +1,397 @@
+/* What both versions of FMI share: load the image, evaluate, step, save. */
+#include "core.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ALIGNMENT 64
+#define GOOD -1
+#define MOST_STEPS 1000
+#define ROUND_OFF 1e-9
+enum { RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND, NEAR, CUT }; /* integration/driver.py */
+enum { OPEN = -5 };                                                                   /* integration/stepping.py */
+enum { EXPLICIT = 0 };
+
+/* The kernels: compiled functions return a status of Python's, their value through the first argument. */
+typedef struct {
+  int (*derive)(I *, void **, void *, void *, double);
+  int (*channels)(void **, void **, void *, void *, double);
+  int (*enter)(I *, void **, void *, void *, void *, double);
+  int (*complete)(I *, void **, void *, void *, void *, void *, double, double);
+  int (*begin)(I *, void **, void *, void *, I, double, double);
+  int (*advance)(I *, void **, void *, void *, void *, I, double, I);
+} Kernels;
+#define DECLARE(p)                                                                 \
+  extern int p##derive(I *, void **, void *, void *, double);                      \
+  extern int p##channels(void **, void **, void *, void *, double);                \
+  extern int p##enter(I *, void **, void *, void *, void *, double);               \
+  extern int p##complete(I *, void **, void *, void *, void *, void *, double, double); \
+  extern int p##begin(I *, void **, void *, void *, I, double, double);            \
+  extern int p##advance(I *, void **, void *, void *, void *, I, double, I);
+#define TABLE(p) { p##derive, p##channels, p##enter, p##complete, p##begin, p##advance }
+DECLARE(mp_)
+static const Kernels baseline = TABLE(mp_);
+#ifdef WITH_V3 /* the same for processors with AVX2 and FMA */
+#include <cpuid.h>
+DECLARE(mp3_)
+static const Kernels v3 = TABLE(mp3_);
+static int saves_wide_registers(void) {
+  unsigned low, high;
+  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  return (low & 6) == 6;
+}
+static const Kernels *kernels(void) {
+  unsigned a, b, c, d;
+  if (!__get_cpuid(1, &a, &b, &c, &d) || (c & (1u << 12 | 1u << 22 | 1u << 27 | 1u << 28 | 1u << 29)) !=
+      (1u << 12 | 1u << 22 | 1u << 27 | 1u << 28 | 1u << 29)) return &baseline; /* FMA, MOVBE, OSXSAVE, AVX, F16C */
+  if (!saves_wide_registers()) return &baseline;
+  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (b & (1u << 3 | 1u << 5 | 1u << 8)) != (1u << 3 | 1u << 5 | 1u << 8))
+    return &baseline; /* BMI1, AVX2, BMI2 */
+  if (!__get_cpuid(0x80000001, &a, &b, &c, &d) || !(c & 1u << 5)) return &baseline; /* LZCNT */
+  return &v3;
+}
+#else
+static const Kernels *kernels(void) { return &baseline; }
+#endif
+
+static void *at(Core *core, I place) { return core->memory + place; }
+static const Head *head(Core *core) { return core->model.head; }
+static double *number(Core *core, I place) { return at(core, place); }
+
+static int fail(Core *core, const char *text) {
+  core->say(core->owner, 1, text);
+  return FAILED;
+}
+
+static int failed_at(Core *core, const char *what) {
+  char text[200];
+  snprintf(text, sizeof text, "%s at t = %.9g s", what, core->t);
+  return fail(core, text);
+}
+
+static char *whole_file(const char *path, size_t *size) {
+  FILE *file = fopen(path, "rb");
+  if (!file) return 0;
+  fseek(file, 0, SEEK_END);
+  long length = ftell(file);
+  rewind(file);
+  char *bytes = length > 0 ? malloc((size_t)length) : 0;
+  *size = bytes ? fread(bytes, 1, (size_t)length, file) : 0;
+  fclose(file);
+  return bytes;
+}
+
+static const void *next(const char **from, I bytes) {
+  const char *found = *from;
+  *from += bytes;
+  return found;
+}
+
+static int read_model(Model *model, const char *path) {
+  size_t size = 0;
+  model->file = whole_file(path, &size);
+  if (!model->file || size < sizeof(Head)) return FAILED;
+  const Head *h = model->head = (const Head *)model->file;
+  if (memcmp(h->magic, "MPMODEL1", 8)) return FAILED;
+  const char *from = model->file + sizeof(Head);
+  model->image = next(&from, h->image);
+  model->relocations = next(&from, 8 * h->relocations);
+  model->combined = next(&from, 8 * (h->combined + 1));
+  model->terms = next(&from, (I)sizeof(Term) * h->terms);
+  model->given = next(&from, (I)sizeof(Given) * h->given);
+  model->places = next(&from, (I)sizeof(Place) * h->places);
+  model->stretches = next(&from, (I)sizeof(Stretch) * h->stretches);
+  model->middles = next(&from, 8 * h->middles);
+  return from == model->file + size;
+}
+
+/* Addresses are kept relative to the image; with a sign they are taken out of a copy again. */
+static void relocate(const Model *model, char *memory, uint64_t by) {
+  for (I k = 0; k < model->head->relocations; k++) {
+    uint64_t word;
+    memcpy(&word, memory + model->relocations[k], 8);
+    word += by;
+    memcpy(memory + model->relocations[k], &word, 8);
+  }
+}
+
+static void put_given(Core *core, I k, double value) {
+  const Given *given = core->model.given + k;
+  core->given[k] = value;
+  for (I p = given->first; p < given->first + given->count; p++)
+    *number(core, core->model.places[p].at) = core->model.places[p].factor * value;
+}
+
+static void enter_stretch(Core *core, I number_of) {
+  const Stretch *s = core->model.stretches + number_of;
+  core->stretch = number_of;
+  for (I k = 0; k < head(core)->middles; k++) *number(core, core->model.middles[k]) = (s->begin + s->end) / 2;
+  core->restart = 1;
+  core->derived = core->observed = 0;
+}
+
+void core_reset(Core *core) {
+  memcpy(core->memory, core->model.image, (size_t)head(core)->image);
+  relocate(&core->model, core->memory, (uint64_t)(uintptr_t)core->memory);
+  for (I k = 0; k < head(core)->given; k++) core->given[k] = core->model.given[k].start;
+  core->method = head(core)->method;
+  core->t = core->before = core->model.stretches[0].begin;
+  core->changeable = 1;
+  enter_stretch(core, 0);
+}
+
+Core *core_new(const char *file, const char *token, void *owner, Say say) {
+  Core *core = calloc(1, sizeof *core);
+  if (!core) return 0;
+  core->owner = owner;
+  core->say = say;
+  if (!read_model(&core->model, file)) {
+    fail(core, "resources/model.bin is missing, damaged or of another version");
+  } else if (!token || strcmp(token, head(core)->token)) {
+    fail(core, "the modelDescription.xml is that of another FMU: the GUID or instantiation token differs");
+  } else {
+    core->raw = malloc((size_t)head(core)->image + ALIGNMENT);
+    core->given = calloc((size_t)head(core)->given + 1, sizeof(double));
+    if (core->raw && core->given) {
+      core->memory = (char *)(((uintptr_t)core->raw + ALIGNMENT - 1) & ~(uintptr_t)(ALIGNMENT - 1));
+      core_reset(core);
+      return core;
+    }
+    fail(core, "there is not enough memory");
+  }
+  core_free(core);
+  return 0;
+}
+
+void core_free(Core *core) {
+  if (!core) return;
+  free(core->model.file);
+  free(core->raw);
+  free(core->given);
+  free(core);
+}
+
+void core_tolerance(Core *core, double rtol) { *number(core, head(core)->rtol) = rtol; }
+
+static int derive(Core *core) {
+  I status = 0;
+  void *raised = 0;
+  if (core->derived) return DONE;
+  kernels()->derive(&status, &raised, at(core, head(core)->equations), at(core, head(core)->outside), core->t);
+  core->derived = status == GOOD;
+  core->observed = 0;
+  if (status == OPEN) return failed_at(core, "the closed loops cannot be closed");
+  return core->derived ? DONE : failed_at(core, "the accelerations cannot be computed");
+}
+
+static int observe(Core *core) {
+  void *nothing = 0, *raised = 0;
+  if (core->observed) return DONE;
+  if (!derive(core)) return FAILED;
+  kernels()->channels(&nothing, &raised, at(core, head(core)->equations), at(core, head(core)->outside), core->t);
+  core->observed = 1;
+  return DONE;
+}
+
+/* Choose the stretch of the time, and bring the start values onto closed loops. */
+int core_initialise(Core *core) {
+  I status = 0;
+  void *raised = 0;
+  I k = 0;
+  while (k + 1 < head(core)->stretches && core->t >= core->model.stretches[k].end) k++;
+  enter_stretch(core, k);
+  kernels()->enter(&status, &raised, at(core, head(core)->equations), at(core, head(core)->outside),
+                   at(core, head(core)->run), core->t);
+  if (status != GOOD) return failed_at(core, status == OPEN ? "the closed loops cannot be closed at the start values"
+                                                            : "the accelerations cannot be computed");
+  memcpy(at(core, head(core)->y), at(core, head(core)->state), 8 * (size_t)head(core)->states);
+  core->before = core->t;
+  core->changeable = 0;
+  return DONE;
+}
+
+static int combine(Core *core, I k, double *value) {
+  const double *row = at(core, head(core)->row);
+  *value = 0;
+  for (I j = core->model.combined[k]; j < core->model.combined[k + 1]; j++)
+    *value += core->model.terms[j].factor * row[core->model.terms[j].column];
+  return DONE;
+}
+
+int core_get(Core *core, uint32_t reference, double *value) {
+  const Head *h = head(core);
+  I k = reference & NUMBER_OF_VARIABLE;
+  switch (reference & KIND_OF_VARIABLE) {
+    case TIME:
+      if (k) break;
+      *value = core->t;
+      return DONE;
+    case STATE:
+      if (k >= h->states) break;
+      *value = number(core, h->y)[k];
+      return DONE;
+    case RATE:
+      if (k >= h->states) break;
+      if (!derive(core)) return FAILED;
+      *value = number(core, h->ydot)[k];
+      return DONE;
+    case CHANNEL:
+      if (k >= h->width) break;
+      if (!observe(core)) return FAILED;
+      *value = number(core, h->row)[k];
+      return DONE;
+    case COMBINED:
+      if (k >= h->combined) break;
+      return observe(core) && combine(core, k, value);
+    case GIVEN:
+      if (k >= h->given) break;
+      *value = core->given[k];
+      return DONE;
+  }
+  return fail(core, "there is no variable with this value reference");
+}
+
+int core_set(Core *core, uint32_t reference, double value) {
+  I k = reference & NUMBER_OF_VARIABLE;
+  int kind = reference & KIND_OF_VARIABLE;
+  if (!isfinite(value)) return fail(core, "a value that is to be set is not finite");
+  if (kind == GIVEN && k < head(core)->given && (k < head(core)->inputs || core->changeable)) {
+    if (core->given[k] == value) return DONE;
+    put_given(core, k, value);
+  } else if (kind == STATE && k < head(core)->states && core->changeable) {
+    number(core, head(core)->y)[k] = value;
+  } else {
+    return fail(core, "a variable cannot be set now, or there is none with this value reference");
+  }
+  core->derived = core->observed = 0;
+  core->restart = 1;
+  return DONE;
+}
+
+void core_time(Core *core, double t) {
+  if (t != core->t) core->derived = core->observed = 0;
+  core->t = t;
+}
+
+void core_put_states(Core *core, const double *y) {
+  memcpy(at(core, head(core)->y), y, 8 * (size_t)head(core)->states);
+  core->derived = core->observed = 0;
+}
+
+void core_get_states(Core *core, double *y) { memcpy(y, at(core, head(core)->y), 8 * (size_t)head(core)->states); }
+
+static int within(Core *core, double t) {
+  double end = core->model.stretches[head(core)->stretches - 1].end;
+  if (!head(core)->bounded || t <= end + ROUND_OFF * fabs(end)) return DONE;
+  char text[200];
+  snprintf(text, sizeof text, "functions of time were written up to t = %.9g s, and %.9g s is asked for", end, t);
+  return fail(core, text);
+}
+
+int core_rates(Core *core, double *ydot) {
+  if (!derive(core)) return FAILED; /* also beyond the end, where steps of others may try */
+  memcpy(ydot, at(core, head(core)->ydot), 8 * (size_t)head(core)->states);
+  return DONE;
+}
+
+static int stopped(Core *core, I code) {
+  switch (code) {
+    case DIVERGED: return failed_at(core, "the run has diverged: a body deflects by more than 100 times its size");
+    case WOUND: return failed_at(core, "a bushing or rotational spring passes half a turn, where its torque would jump");
+    case COLLAPSED: return failed_at(core, "the integration cannot go on with shorter and shorter steps");
+  }
+  return failed_at(core, "the accelerations cannot be computed");
+}
+
+/* A step of another integrator is complete. */
+int core_completed(Core *core) {
+  I status = 0;
+  void *raised = 0;
+  double h = core->t - core->before;
+  if (!within(core, core->t)) return FAILED;
+  kernels()->complete(&status, &raised, at(core, head(core)->equations), at(core, head(core)->outside),
+                      at(core, head(core)->run), at(core, head(core)->watch), core->t, h);
+  core->before = core->t;
+  core->derived = status == GOOD;
+  core->observed = 0;
+  return status == GOOD ? DONE : stopped(core, status);
+}
+
+double core_next_break(Core *core) {
+  return core->stretch + 1 < head(core)->stretches ? core->model.stretches[core->stretch].end : INFINITY;
+}
+
+/* Go on to the stretch that begins now, if one does. */
+int core_next_stretch(Core *core) {
+  double end = core_next_break(core);
+  int begins = core->t >= end - ROUND_OFF * fabs(end);
+  if (begins) enter_stretch(core, core->stretch + 1);
+  return begins;
+}
+
+static int begin(Core *core, double end) {
+  I status = 0;
+  void *raised = 0;
+  kernels()->begin(&status, &raised, at(core, head(core)->equations), at(core, head(core)->run), core->method, core->t, end);
+  core->restart = 0;
+  return status == GOOD ? DONE : failed_at(core, "the accelerations cannot be computed");
+}
+
+static int advance(Core *core, double end) {
+  I code = RUNNING;
+  void *raised = 0;
+  if (core->restart && !begin(core, end)) return FAILED;
+  do {
+    kernels()->advance(&code, &raised, at(core, head(core)->equations), at(core, head(core)->run),
+                       at(core, head(core)->watch), core->method, end, MOST_STEPS);
+    core->t = *number(core, head(core)->time);
+    if (code == COLLAPSED && head(core)->may_change && core->method != EXPLICIT) {
+      core->method = EXPLICIT; /* as the native run goes on without an implicit method that does not converge */
+      if (!begin(core, end)) return FAILED;
+      code = RUNNING;
+    }
+  } while (code == RUNNING);
+  core->derived = core->observed = 0;
+  return code == REACHED ? DONE : stopped(core, code);
+}
+
+int core_step(Core *core, double end) {
+  if (!within(core, end)) return FAILED;
+  while (core->t < end) {
+    core_next_stretch(core);
+    double stop = fmin(end, core_next_break(core));
+    if (!advance(core, stop)) return FAILED;
+  }
+  return DONE;
+}
+
+/* A saved state: the present of the instance, the values given, the image with relative addresses. */
+typedef struct { double t, before; I stretch, method, restart, changeable; } Present;
+
+size_t core_saved_size(Core *core) {
+  return sizeof(Present) + 8 * (size_t)head(core)->given + (size_t)head(core)->image;
+}
+
+void core_save(Core *core, char *to) {
+  Present p = { core->t, core->before, core->stretch, core->method, core->restart, core->changeable };
+  size_t given = 8 * (size_t)head(core)->given;
+  memcpy(to, &p, sizeof p);
+  memcpy(to + sizeof p, core->given, given);
+  memcpy(to + sizeof p + given, core->memory, (size_t)head(core)->image);
+  relocate(&core->model, to + sizeof p + given, -(uint64_t)(uintptr_t)core->memory);
+}
+
+int core_restore(Core *core, const char *from, size_t size) {
+  Present p;
+  size_t given = 8 * (size_t)head(core)->given;
+  if (size != core_saved_size(core)) return fail(core, "the saved state is that of another FMU");
+  memcpy(&p, from, sizeof p);
+  memcpy(core->given, from + sizeof p, given);
+  memcpy(core->memory, from + sizeof p + given, (size_t)head(core)->image);
+  relocate(&core->model, core->memory, (uint64_t)(uintptr_t)core->memory);
+  core->t = p.t, core->before = p.before, core->stretch = p.stretch, core->method = p.method;
+  core->restart = (int)p.restart, core->changeable = (int)p.changeable;
+  core->derived = core->observed = 0;
+  return DONE;
+}

@@ -1,0 +1,65 @@
+/* A system without Python: the image of its packed records, and what the compiled kernels do with it. */
+#ifndef MODALPREP_CORE_H
+#define MODALPREP_CORE_H
+#include <stddef.h>
+#include <stdint.h>
+
+enum { FAILED, DONE };
+enum { TIME = 0, STATE = 0x1000000, RATE = 0x2000000, CHANNEL = 0x3000000, COMBINED = 0x4000000, GIVEN = 0x5000000 };
+enum { KIND_OF_VARIABLE = 0x7f000000, NUMBER_OF_VARIABLE = 0xffffff };
+typedef int64_t I;
+typedef void (*Say)(void *instance, int failed, const char *text);
+
+/* The head of model.bin, words of eight bytes; runtime/model.py writes it. Places are in bytes of the image. */
+typedef struct {
+  char magic[8], token[64];
+  I image, relocations, states, width, combined, terms, given, inputs, places, stretches, middles; /* sizes */
+  I method, may_change, bounded;                                                                   /* of the run */
+  I equations, run, watch, outside, y, state, ydot, row, time, rtol;                               /* places */
+} Head;
+typedef struct { I first, count; double start; } Given; /* an input or a parameter, and its places */
+typedef struct { I at; double factor; } Place;
+typedef struct { I column; double factor; } Term; /* of a combination of channels */
+typedef struct { double begin, end; } Stretch;    /* between breaks of functions of time, s */
+
+typedef struct {
+  char *file;
+  const Head *head;
+  const char *image;
+  const I *relocations, *combined, *middles;
+  const Given *given;
+  const Place *places;
+  const Term *terms;
+  const Stretch *stretches;
+} Model;
+
+typedef struct {
+  Model model;
+  char *raw, *memory; /* the image, its addresses put right */
+  double *given;      /* values of inputs and parameters */
+  double t, before;   /* s, now and at the last completed step */
+  I stretch, method;
+  int derived, observed, restart, changeable; /* changeable: states and parameters may be set */
+  void *owner;
+  Say say;
+} Core;
+
+Core *core_new(const char *file, const char *token, void *owner, Say say);
+void core_free(Core *core);
+void core_reset(Core *core);
+void core_tolerance(Core *core, double rtol);
+int core_initialise(Core *core);
+int core_get(Core *core, uint32_t reference, double *value);
+int core_set(Core *core, uint32_t reference, double value);
+void core_time(Core *core, double t);
+void core_put_states(Core *core, const double *y);
+void core_get_states(Core *core, double *y);
+int core_rates(Core *core, double *ydot);
+int core_completed(Core *core);
+int core_next_stretch(Core *core);
+double core_next_break(Core *core);
+int core_step(Core *core, double end);
+size_t core_saved_size(Core *core);
+void core_save(Core *core, char *to);
+int core_restore(Core *core, const char *from, size_t size);
+#endif

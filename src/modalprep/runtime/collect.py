@@ -1,0 +1,109 @@
+"""The LLVM code of the kernels of one kind of system, and of all that they call, in one module.
+
+Numba keeps machine code alone, so the kernels are compiled once more, in a process of their own:
+``python -m modalprep.runtime.collect KIND FILE``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from numba import typeof, types
+
+from modalprep.atomic import atomic_path
+from modalprep.compiler import jit, linking
+from modalprep.multibody.evaluation.evaluate import build_equations
+from modalprep.multibody.evaluation.evaluator import start_state
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.integration.stepping import new_run
+from modalprep.multibody.integration.watching import new_watch
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.free_parts import part_of_links
+from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.results.channels import Channels
+from modalprep.runtime.kinds import example
+from modalprep.runtime.roots import ROOTS, Outside
+
+PREFIX = "mp_"  # of the names of the roots
+
+
+def collect(system: System) -> str:
+    """Return the LLVM code of the roots for the types of a system, all else internal; nothing is taken from a cache."""
+    modules: dict[str, str] = {}
+    _keep_code(modules)
+    symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in ROOTS.items()}
+    return _renamed(str(_linked(modules, list(symbols.values()))), symbols)
+
+
+def _keep_code(modules: dict[str, str]) -> None:
+    """Let numba compile every kernel, and keep its code by its symbol."""
+    compiled = linking.KernelCompiler._compile_kernel
+
+    def kept(self: Any) -> Any:
+        result = compiled(self)
+        modules[result.fndesc.llvm_func_name] = str(result.library._final_module)
+        return result
+
+    linking.KernelCompiler._compile_kernel = kept
+    cache: Any = jit.KernelCache
+    cache.load_overload = lambda self, sig, context: None
+    cache.save_overload = lambda self, sig, data: None
+
+
+def _symbol(kernel: Any, arguments: tuple) -> str:
+    kernel.compile(arguments)
+    return kernel.overloads[arguments].fndesc.llvm_func_name
+
+
+def _types(system: System, root: str) -> tuple:
+    """Return the types of a root's arguments."""
+    packed = pack(system)
+    loading = Loading(system, packed, 1.0)
+    eq = build_equations(packed, loading, packed.data())
+    y = np.append(start_state(packed), 0.0)
+    run = new_run(y, part_of_links(system, packed), 0, 1e-5, 1e-10, 0.9, 0.0, 1.0, 1.0)
+    watch = new_watch(np.zeros(0), np.zeros(packed.nx), len(y), eq)
+    seen = Channels(system, packed, loading.loops)
+    out = Outside(y, y.copy(), y.copy(), np.zeros(seen.width), *seen.columns)
+    eq, run, watch, out = map(typeof, (eq, run, watch, out))
+    real, whole = types.float64, types.int64
+    return {
+        "derive": (eq, out, real),
+        "channels": (eq, out, real),
+        "enter": (eq, out, run, real),
+        "complete": (eq, out, run, watch, real, real),
+        "begin": (eq, run, whole, real, real),
+        "advance": (eq, run, watch, whole, real, whole),
+    }[root]
+
+
+def _linked(modules: Mapping[str, str], roots: list[str]) -> llvm.ModuleRef:
+    """Return one module of all, without what no root needs."""
+    whole, *others = map(llvm.parse_assembly, modules.values())
+    for module in others:
+        whole.link_in(module)
+    for each in (*whole.functions, *whole.global_variables):
+        if not each.is_declaration and each.name not in roots:
+            each.linkage = "internal"
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
+    manager = llvm.create_new_module_pass_manager()
+    manager.add_global_dead_code_eliminate_pass()
+    manager.run(whole, builder)
+    return whole
+
+
+def _renamed(text: str, symbols: Mapping[str, str]) -> str:
+    for name, symbol in symbols.items():
+        text = text.replace(f'@"{symbol}"', f"@{PREFIX}{name}").replace(f"@{symbol}(", f"@{PREFIX}{name}(")
+    return text
+
+
+if __name__ == "__main__":
+    llvm.initialize_native_target()
+    with atomic_path(sys.argv[2]) as temporary:
+        temporary.write_text(collect(example(sys.argv[1])))

@@ -1,0 +1,110 @@
+"""Functional mock-up units: a system for other programs, by the compiled kernels, without Python."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from platform import machine
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+from modalprep.atomic import atomic_path
+from modalprep.errors import InputError
+from modalprep.multibody.model.system import System
+from modalprep.runtime.description import CO_SIMULATION, MODEL_EXCHANGE, description
+from modalprep.runtime.libraries import PLATFORMS, library
+from modalprep.runtime.model import Model, model_of
+from modalprep.suggest import refuse_other, refuse_unknown
+
+VERSIONS = ("2", "3")
+KINDS = {"me": (MODEL_EXCHANGE,), "cs": (CO_SIMULATION,), "both": (MODEL_EXCHANGE, CO_SIMULATION)}
+
+
+def write_fmu(
+    system: System,
+    path: str | Path,
+    *,
+    fmi: str = "2",
+    kind: str = "both",
+    platforms: Sequence[str] = (),
+    say: Callable[[str], None] = lambda text: None,
+    **options: Any,
+) -> Model:
+    """Write a system as a functional mock-up unit (FMU); return what it holds.
+
+    Derivatives, outputs and the steps of co-simulation are those of `simulate`: the same compiled kernels. An FMU for
+    model exchange leaves the steps to the program that imports it; quaternions and closed loops are put right at each
+    evaluation.
+
+    Parameters
+    ----------
+    fmi : {"2", "3"}
+        Version of FMI: 2.0 or 3.0.
+    kind : {"me", "cs", "both"}
+        Model exchange, co-simulation, or both.
+    platforms : sequence of str
+        For which it has a library, among `libraries.PLATFORMS`; by default that of this machine.
+    say : callable
+        Told what takes long.
+    options
+        ``t_end`` (s), ``output_step``, ``rtol``, ``atol``, ``method``, ``max_step``, ``shortest_event``, ``start``,
+        ``period`` and ``events`` of `simulate`.
+
+    Raises
+    ------
+    InputError
+        When the system has what an FMU cannot carry: loads in Python, control laws, events that change it.
+    NotInstalledError
+        When there is no library for a platform and no compiler (`pip install 'modalprep[fmu]'`).
+
+    References
+    ----------
+    Functional Mock-up Interface, versions 2.0.4 and 3.0, https://fmi-standard.org.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import small_systems
+    >>> rod = small_systems()["rigid bodies in trees"]
+    >>> write_fmu(rod, Path(tempfile.mkdtemp()) / "rod.txt", t_end=1.0)
+    Traceback (most recent call last):
+    modalprep.errors.InputError: an FMU has the suffix .fmu, not '.txt'
+    """
+    refuse_other("write_fmu: the system", System, system)
+    refuse_unknown(fmi, VERSIONS, "version of FMI")
+    refuse_unknown(kind, KINDS, "kind of FMU")
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise InputError(f"an FMU has the suffix .fmu, not {path.suffix!r}")
+    chosen = list(dict.fromkeys(platforms)) or [own_platform()]
+    for each in chosen:
+        refuse_unknown(each, PLATFORMS, "platform")
+    model = model_of(system, **options)
+    files = {each: library(model.kind, each, say) for each in chosen}
+    name = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
+    name = name if name[:1].isalpha() else f"fmu_{name}"
+    with atomic_path(path) as temporary, ZipFile(temporary, "w", ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", description(model, name, fmi, KINDS[kind]))
+        archive.writestr("resources/model.bin", model.content)
+        for each, file in files.items():
+            platform = PLATFORMS[each]
+            folder = platform.fmi2 if fmi == "2" else platform.fmi3
+            archive.write(file, f"binaries/{folder}/{name}{platform.suffix}")
+    return model
+
+
+def own_platform() -> str:
+    """Return the platform of this machine.
+
+    Raises
+    ------
+    InputError
+        When there are no libraries for it.
+    """
+    system = {"linux": "linux", "win32": "windows", "darwin": "macos"}.get(sys.platform, sys.platform)
+    name = f"{system}-{ {'AMD64': 'x86_64', 'ARM64': 'arm64'}.get(machine(), machine()) }"
+    if name not in PLATFORMS:
+        raise InputError(f"there is no FMU for this machine, {name}; give platforms: {', '.join(PLATFORMS)}")
+    return name
