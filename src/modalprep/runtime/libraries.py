@@ -85,7 +85,7 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
     """
     refuse_unknown(platform, PLATFORMS, "platform")
     own = PLATFORMS[platform]
-    path = cache_folder() / f"{kind}-{platform}-{_fingerprint()}{own.suffix}"
+    path = cache_folder() / f"{kind}-{platform}-{_of_library(own)}{own.suffix}"
     if not path.exists():
         need("ziglang", "an FMU")
         code = llvm_code(kind, say)
@@ -98,7 +98,7 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
 
 def llvm_code(kind: str, say: Callable[[str], None] = lambda text: None) -> str:
     """Return the LLVM code of the roots of a kind of system; another process compiles it where there is none."""
-    path = cache_folder() / f"{kind}-{_fingerprint()}.ll"
+    path = cache_folder() / f"{kind}-{_of_code()}.ll"
     if not path.exists():
         say("compiling the kernels for use without Python: once, for a minute or two")
         _run([sys.executable, "-m", "modalprep.runtime.collect", kind, str(path)], "the kernels", _compiling())
@@ -143,16 +143,24 @@ def _run(command: list[str], what: str, environment: dict[str, str] | None = Non
 
 
 @lru_cache
-def _fingerprint() -> str:
-    """Return that of all kernels, the C part, and this folder."""
+def _of_code() -> str:
+    """Return the fingerprint of all kernels and their compiler."""
     from modalprep.compiler.stamps import STAMP
     from modalprep.runtime.roots import ROOTS
 
     parts = [getattr(kernel.py_func, STAMP).encode() for kernel in ROOTS.values()]
-    files = [*sorted(C.glob("*.[ch]")), Path(__file__).with_name("collect.py")]
-    parts += [file.read_bytes() for file in files]
-    parts += [version(name).encode() for name in ("numba", "llvmlite")]
-    parts.append(repr(PLATFORMS).encode())
+    parts.append(Path(__file__).with_name("collect.py").read_bytes())
+    return _fingerprint([*parts, *(version(name).encode() for name in ("numba", "llvmlite"))])
+
+
+def _of_library(platform: Platform) -> str:
+    """Return the fingerprint of all that the library of a platform is made of."""
+    return _fingerprint(
+        [_of_code().encode(), repr(platform).encode(), *(f.read_bytes() for f in sorted(C.glob("*.[ch]")))]
+    )
+
+
+def _fingerprint(parts: list[bytes]) -> str:
     return hashlib.sha256(b"|".join(parts)).hexdigest()[:16]
 
 
