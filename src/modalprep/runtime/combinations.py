@@ -27,8 +27,9 @@ def combinations(channels: Rows, width: int) -> tuple[dict[str, scipy.sparse.csr
     >>> found["sum"].toarray(), others
     (array([[1., 1., 1.]]), ['size'])
     """
-    sample = np.random.default_rng(0).standard_normal((3, width))
-    seen = {name: values.reshape(3, -1) for name, values in channels(sample).items()}
+    drawn = np.random.default_rng(0).standard_normal((3, width))
+    sample = np.concatenate([drawn, -drawn])  # both signs: a size is not linear
+    seen = {name: values.reshape(6, -1) for name, values in channels(sample).items()}
     origin = {name: values.reshape(-1) for name, values in channels(np.zeros((1, width))).items()}
     many = max(1, MOST // max(1, width + sum(values.shape[1] for values in seen.values())))
     parts: dict[str, list] = {name: [] for name in seen}

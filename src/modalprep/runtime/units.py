@@ -56,8 +56,10 @@ def unit_of(system: System, name: str, channels: Collection[str]) -> str:
 
     Examples
     --------
-    >>> unit_of(System(bodies={}, joints=()), "energy.kinetic", ())
-    'J'
+    >>> from modalprep.examples import small_systems
+    >>> system = small_systems()["rigid bodies in trees"]
+    >>> unit_of(system, "energy.kinetic", ()), unit_of(system, "hinge.acceleration", ("hinge.angle",))
+    ('J', 'rad/s2')
     """
     owner, _, part = name.rpartition(".")
     if owner in ("energy", "momentum", "power"):
