@@ -14,6 +14,7 @@ from fe.decks import STEEL, free
 from structured import box, random_rotation
 
 import modalprep as mp
+from modalprep.fe.readers.digest import mesh_digest
 
 EXACT = 1e-12  # round-off of numbers that are written in full
 ENTRY = "{:.16e}".format
@@ -274,6 +275,16 @@ def test_assembled_matrices_are_the_beams_whose_matrices_they_are(model, halves,
         (tmp_path / "m.txt").write_text(m)
         given = "*MATRIX ASSEMBLE, NAME=half, STIFFNESS FILE=k.txt, MASS FILE=m.txt\n"
     same(model(FIRST + given, "deck.inp"), whole)
+
+
+def test_files_of_matrices_count_as_the_deck(tmp_path, halves):
+    """A body is built again when one of them changes."""
+    (tmp_path / "deck.inp").write_text(FIRST + "*MATRIX ASSEMBLE, NAME=half, STIFFNESS FILE=k.txt\n")
+    found = set()
+    for factor in (1.0, 2.0):
+        (tmp_path / "k.txt").write_text(sparse(factor * halves[1]))
+        found |= {mesh_digest(tmp_path / "deck.inp"), mp.read_mesh(tmp_path / "deck.inp").sha256}
+    assert len(found) == 2
 
 
 def test_a_matrix_that_nothing_assembles_is_noted(model, halves):

@@ -14,7 +14,7 @@ from modalprep.fe.readers.nastran.reader import read_cards
 from modalprep.program import file_digest
 
 NASTRAN = {ending for ending, name in BY_ENDING.items() if name == "nastran"}
-OTHER_FILES = re.compile(rb"include|input", re.IGNORECASE)
+OTHER_FILES = re.compile(rb"include|input|(stiffness|mass)\s*file", re.IGNORECASE)
 
 
 def mesh_digest(path: Path) -> str:

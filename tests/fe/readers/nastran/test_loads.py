@@ -17,6 +17,9 @@ BRICK = CORNERS + "CHEXA,2,92,11,12,13,14,15,16,+\n+,17,18\nPSOLID,92,7\n"
 TETRA = CORNERS + "CTETRA,2,92,11,12,14,15\nPSOLID,92,7\n"
 WEDGE = CORNERS + "CPENTA,2,92,11,12,14,15,16,18\nPSOLID,92,7\n"
 
+STICK = "GRID,21,,5.\nGRID,22,,6.\nCBAR,9,5,21,22,0.,1.,0.\nPBAR,5,7,.01,3.-6,2.-6,4.-6\n"
+STICK += "CROD,10,6,21,22\nPROD,6,7,.01\n"
+
 SUMS = {  # card: force, and moment about the origin, of set 3
     "FORCE,3,2,,10.,0.,2.,0.": ((0, 20, 0), (0, 0, 40)),
     "FORCE,3,2,5,10.,0.,0.,1.": ((10, 0, 0), (0, 0, 0)),
@@ -120,6 +123,48 @@ def test_loads_along_beams(tmp_path, card):
     assert u[-5] == pytest.approx(LINES[card] / (2e11 * 3e-6), rel=1e-9)
 
 
+EI, GJ = 2e11 * 3e-6, 2e11 / 2.6 * 4e-6
+TURNED = {  # card: DOF of the end of a cantilever of 2 m, and its value by beam theory
+    "PLOAD1,3,4,FYE,FR,1.,10.": (1, 10 * 2**3 / (3 * EI)),
+    "PLOAD1,3,4,FZE,FR,1.,10.": (2, 10 * 2**3 / (3 * EI * 2 / 3)),
+    "PLOAD1,3,4,MXE,FR,.5,10.": (3, 10 * 1.75 / GJ),
+    "PLOAD1,3,2,MZ,LE,.2,10.": (1, 10 * 0.7 * (2 - 0.35) / EI),
+    "PLOAD1,3,2,MZE,FR,.4,10.": (5, 10 * 0.7 / EI),
+    "PLOAD1,3,2,MYE,FR,.4,10.": (2, -10 * 0.7 * (2 - 0.35) / (EI * 2 / 3)),
+    "\n".join(f"PLOAD1,3,{k},MZ,FR,0.,5.,1.,5." for k in (1, 2, 3, 4)): (1, 5 * 2**3 / (3 * EI)),  # m x (L - x) dx
+    "\n".join(f"PLOAD1,3,{k},FY,FRPR,0.,5.,1.,5." for k in (1, 2, 3, 4)): (1, 5 * 2**4 / (8 * EI)),
+    "\n".join(f"PLOAD1,3,{k},FX,LEPR,0.,5.,.5,5." for k in (1, 2, 3, 4)): (0, 0.0),
+}
+
+
+@pytest.mark.parametrize("card", TURNED)
+def test_moments_and_loads_in_the_axes_of_the_beam(tmp_path, card):
+    """The exact beam of Euler and Bernoulli: the cubic shapes are its deflection at the nodes."""
+    mesh = read(tmp_path, BARS + card)
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(node=1, kind="node")})
+    f = nodal_load(model, mesh, "wind", Load(set="load_3")) if "load_3" in mesh.loads else np.zeros(model.n_dof)
+    inside = model.dof[1:5].ravel()
+    u = np.linalg.solve(model.K.toarray()[np.ix_(inside, inside)], f[inside])
+    component, value = TURNED[card]
+    assert u[component - 6] == pytest.approx(value, rel=1e-9, abs=1e-15)
+
+
+def test_a_load_on_a_beam_with_offsets_has_its_arm(tmp_path):
+    """The axis lies 0.1 m above the grids: a force along it turns about them."""
+    bars = BARS.replace("CBAR,2,5,2,3,0.,1.,0.\n", "CBAR,2,5,2,3,0.,1.,0.\n,,,0.,.1,0.,0.,.1,0.\n")
+    assert bars != BARS
+    mesh = read(tmp_path, bars + "PLOAD1,3,2,FXE,FR,.5,8.")
+    load = mesh.loads["load_3"]
+    np.testing.assert_allclose(load.forces, [[4, 0, 0], [4, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(load.moments, [[0, 0, -0.4], [0, 0, -0.4]], atol=1e-12)
+
+
+def test_axes_of_a_bar_with_a_product_of_inertia_are_those_of_the_element(tmp_path):
+    """I12 turns the principal axes, and not FYE."""
+    mesh = read(tmp_path, BARS.replace("4.-6\n", "4.-6\n,\n,,,1.-6\n", 1) + "PLOAD1,3,2,FYE,FR,.5,8.")
+    np.testing.assert_allclose(mesh.loads["load_3"].forces, [[0, 4, 0], [0, 4, 0]], atol=1e-12)
+
+
 def test_a_load_along_a_beam_stretches_it(tmp_path):
     mesh = read(tmp_path, BARS + "PLOAD1,3,2,FXE,FR,0.,4.,1.,4.")
     np.testing.assert_allclose(mesh.loads["load_3"].forces, [[1, 0, 0], [1, 0, 0]], atol=1e-12)
@@ -201,6 +246,11 @@ def test_bulk_data_alone_has_its_only_sets(tmp_path):
         ("FORCE1,3,2,5.,1,1", "its grids give no direction"),
         ("RFORCE,3,1,,1.,1.,0.,0.", "1 RFORCE"),
         ("PLOAD1,3,1,FY,FR,0.,1.,1.,1.", "element 1 is no bar and no beam"),
+        (f"{STICK}PLOAD1,3,9,FW,FR,0.,1.,1.,1.", "type 'FW' with 'FR' is not one of FX"),
+        (f"{STICK}PLOAD1,3,9,FY,FR,0.,1.,1.", "P2 is missing"),
+        (f"{STICK}PLOAD1,3,9,FY,FR,.5,1.,.2,1.", "do not lie on the beam one after the other"),
+        (f"{STICK}PLOAD1,3,9,FYE,FRPR,0.,1.,1.,1.", "of type FYE is not read; give it with LE or FR"),
+        (f"{STICK}PLOAD1,3,10,FYE,FR,0.,1.,1.,1.", "element 10 has no axes across its length"),
     ],
 )
 def test_a_load_that_cannot_be_read_does_not_keep_the_model_out(tmp_path, card, said):

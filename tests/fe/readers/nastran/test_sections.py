@@ -8,7 +8,7 @@ from fe.decks import BAR, GRIDS, STEEL
 
 from modalprep.errors import InputError
 from modalprep.fe.readers.nastran.sections import Section
-from modalprep.fe.readers.nastran.shapes import SHAPES
+from modalprep.fe.readers.nastran.shapes import SHAPES, two_cells
 
 
 @pytest.mark.parametrize(
@@ -103,6 +103,25 @@ CONTOURS = [
     ),
     ("T1", (10, 7, 1, 2), [[(-5, 7), (-5, 8), (5, 8), (5, 7), (1, 7), (1, 0), (-1, 0), (-1, 7)]]),
     ("T2", (8, 10, 1, 2), [[(0, -4), (0, 4), (1, 4), (1, 1), (10, 1), (10, -1), (1, -1), (1, -4)]]),
+    (
+        "DBOX",  # z to the right: left cell 3 wide with walls 1 (left), 0.5 (above), 1.5 (below), middle wall 2
+        (14, 9, 5, 1, 2, 3, 0.5, 1.5, 1, 2),
+        [[(0, 0), (0, 14), (9, 14), (9, 0)], [(1.5, 1), (8.5, 1), (8.5, 4), (1.5, 4)],
+         [(2, 6), (8, 6), (8, 11), (2, 11)]],
+    ),
+    (
+        "GBOX",
+        (12, 9, 1, 2, 1.5, 4),
+        [[(0, -6), (0, 6), (2, 6), (2, 3.5), (8, 3.5), (8, 6), (9, 6), (9, -6), (8, -6), (8, -3.5), (2, -3.5), (2, -6)],
+         [(2, -2), (8, -2), (8, 2), (2, 2)]],
+    ),
+    (
+        "FCROSS",
+        (12, 14, 2, 3, 6, 1, 8, 1.5),
+        [[(-6, -3), (-6, 3), (-5, 3), (-5, 1), (-1.5, 1), (-1.5, 5.5), (-4, 5.5), (-4, 7), (4, 7), (4, 5.5), (1.5, 5.5),
+          (1.5, 1), (5, 1), (5, 3), (6, 3), (6, -3), (5, -3), (5, -1), (1.5, -1), (1.5, -5.5), (4, -5.5), (4, -7),
+          (-4, -7), (-4, -5.5), (-1.5, -5.5), (-1.5, -1), (-5, -1), (-5, -3)]],
+    ),
     ("Z", (4, 2, 8, 10), [[(-5, -1), (-5, 5), (-4, 5), (-4, 1), (5, 1), (5, -5), (4, -5), (4, -1)]]),
 ]  # fmt: skip
 
@@ -112,6 +131,26 @@ def test_area_and_moments_are_those_of_the_contour(kind, dims, loops):
     count, law = SHAPES[kind]
     assert count == len(dims)
     np.testing.assert_allclose(law(*dims)[:4], contour(*loops), rtol=1e-12, atol=1e-9)
+
+
+def dbox(middle, left=7.0):
+    """Torsion constant of a box 14 x 9 with walls of 0.5 and a middle wall."""
+    return SHAPES["DBOX"][1](14, 9, left, 0.5, middle, 0.5, 0.5, 0.5, 0.5, 0.5)[4]
+
+
+def test_two_cells_twist_by_bredt_and_batho():
+    """Equal cells do not use their middle wall; without it any two are one cell, with a stiff one each is a cell."""
+    a, h, t = 13.5, 8.5, 0.5  # along the middles of the walls
+    one = 4 * (a * h) ** 2 / (2 * (a + h) / t)
+    for middle in (0.1, 0.5, 2.0):
+        assert dbox(middle) == pytest.approx(one, rel=1e-12)
+    assert dbox(1e-9, left=4.0) == pytest.approx(one, rel=1e-6)
+    first, second = 4.0 - 0.25, 14 - 4.0 - 0.25
+    apart = sum(4 * (w * h) ** 2 / ((2 * w + h) / t) for w in (first, second))
+    assert two_cells((first, second), (h, h), ((t, t, t), (t, t, t)), 1e9) == pytest.approx(apart, rel=1e-6)
+    q = np.linalg.solve([[(2 * first + h) / t + h / 0.7, -h / 0.7], [-h / 0.7, (2 * second + h) / t + h / 0.7]],
+                        [2 * first * h, 2 * second * h])  # flows for G theta' = 1  # fmt: skip
+    assert dbox(0.7, left=4.0) == pytest.approx(2 * first * h * q[0] + 2 * second * h * q[1], rel=1e-12)
 
 
 @pytest.mark.parametrize("kind", SHAPES)
@@ -130,6 +169,9 @@ def test_every_shape_has_positive_stiffness(kind, read):
         "4.,1.,7.,1.": "CROSS",
         "4.,2.,7.,1.": "H",
         "2.,9.,6.": "HEXA",
+        "9.,8.,4.,1.,1.,1.,1.,1.,1.,1.": "DBOX",
+        "9.,8.,1.,1.,1.,2.": "GBOX",
+        "9.,8.,1.,1.,4.,1.,4.,1.": "FCROSS",
         "2.": "ROD",
         "2.,1.": "TUBE TUBE2",
         "3.,4.": "BAR",
@@ -141,6 +183,20 @@ def test_every_shape_has_positive_stiffness(kind, read):
     assert beam.nsm == 0.7
     assert kind in ("L", "Z") or (0 < beam.ky < 1 and 0 < beam.kz < 1 and beam.theory == "timoshenko")
     assert any(f"PBARL {kind}: torsion constant" in note for note in mesh.notes) == (kind != "ROD")
+
+
+@pytest.mark.parametrize(
+    ("kind", "dims"),
+    [
+        ("DBOX", "9.,8.,1.,1.,1.,1.,1.,1.,1.,1."),  # the middle wall lies in the left one
+        ("DBOX", "9.,8.,4.,1.,0.,1.,1.,1.,1.,1."),
+        ("GBOX", "9.,8.,1.,1.,1.,8."),
+        ("FCROSS", "9.,8.,4.,1.,4.,5.,4.,1."),
+    ],
+)
+def test_dimensions_that_do_not_fit_are_refused(kind, dims, read):
+    with pytest.raises(InputError, match=f"make no {kind}"):
+        read(GRIDS + BAR + f"PBARL,5,7,,{kind},,,,,+\n+,{dims}\n" + STEEL)
 
 
 def test_shear_factors_of_the_shapes():

@@ -16,6 +16,7 @@ from modalprep.fe.readers.text import Lines
 
 LONG = {"NODE", "ELEMENT", "NSET", "ELSET"}  # keywords with many lines
 STAR = ord("*")
+FILES = ("STIFFNESSFILE", "MASSFILE")  # options that name files of matrices
 DEEPEST = 20  # files that include files
 MOST = 1000  # included files
 PIECES = re.compile(r'(?:[^,"]|"[^"]*"?)+|(?<=,)(?=,)|^(?=,)|(?<=,)$')  # between commas outside quotes
@@ -259,6 +260,9 @@ class _Reading:
             self.blocks.append(block)
         if block.options.get("INPUT"):
             self.include(block, path, inside)
+        for name in (option for option in block.options if option.replace(" ", "") in FILES):
+            file = path.parent / block.options.peek(name)
+            self.digest.update(file.read_bytes() if _is_file(file) else b"")
 
     def again(self, block: Block, path: Path, inside: tuple[Path, ...]) -> None:
         """Replace the last block by itself with the options of the line that goes on."""

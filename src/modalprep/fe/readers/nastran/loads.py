@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.face_forces import LoadedFace
 from modalprep.fe.readers.loads import DeckLoad
+from modalprep.fe.readers.nastran.beam_loads import add_beam_load
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 
@@ -136,48 +137,6 @@ def _loaded_face(b: Builder, card: Card, kind: str, nodes: list[int]) -> tuple[s
     raise card.error("G1 and G3 or G4 name no face of the element; correct them")
 
 
-def _along_beam(b: Builder, card: Card, load: DeckLoad) -> None:
-    """PLOAD1: a force at a point of a beam, or a load that is linear between two, along the basic axes or the beam.
-
-    Its nodal forces and moments do the work of the load on the cubic deflection of the beam.
-    """
-    kind, scale = card.text(2), card.text(3)
-    place = next((one for one in b.places.get(card.integer(1, "EID", lowest=1), []) if one[1] == "line"), None)
-    if place is None:
-        raise card.error(f"element {card.text(1)} is no bar and no beam of the deck")
-    ends = b.cells["line"][place[2]]
-    span = np.subtract(*b.places_of(ends, b.grids.points)[::-1])
-    length = float(np.linalg.norm(span))
-    directions = {"FX": np.eye(3)[0], "FY": np.eye(3)[1], "FZ": np.eye(3)[2], "FXE": span / length}
-    offset = place[2] in b.data.get(("ends", "line"), {})
-    if kind not in directions or scale not in ("LE", "FR") or offset:
-        what = "on a beam with offsets" if offset else f"of type {kind} with {scale}"
-        load.unread.append((f"PLOAD1 {what}", f"{card.file} line {card.line}"))
-        return
-    first, last = (card.real(k, "X", -1.0) / (length if scale == "LE" else 1.0) for k in (4, 6))
-    start, end = card.real(5, "P1", 0.0), card.real(7, "P2", 0.0)
-    if card.text(6) in ("", card.text(4)):
-        s, force = np.array([first]), np.array([start])
-    else:
-        x, weight = np.polynomial.legendre.leggauss(4)
-        s = first + (last - first) * (x + 1) / 2
-        force = (start + (end - start) * (x + 1) / 2) * weight / 2 * (last - first) * length
-    load.terms += _work(ends, span, s, force[:, None] * directions[kind])
-
-
-def _work(ends: Sequence[int], span: np.ndarray, s: np.ndarray, forces: np.ndarray) -> Iterator[tuple[int, int, float]]:
-    """Yield the nodal loads of forces ``(k, 3)`` at the fractions ``s (k,)`` of a beam."""
-    e = span / np.linalg.norm(span)
-    along = np.outer(forces @ e, e)
-    across = forces - along
-    turned = np.cross(span, across)
-    cubic = s**2 * (3 - 2 * s)
-    shares = ((1 - s, 1 - cubic, s * (1 - s) ** 2), (s, cubic, -(s**2) * (1 - s)))
-    for node, (linear, own, slope) in zip(ends, shares, strict=True):
-        values = np.concatenate([linear @ along + own @ across, slope @ turned])
-        yield from ((int(node), c, float(value)) for c, value in enumerate(values))
-
-
 def _gravity(b: Builder, card: Card, load: DeckLoad) -> None:
     """GRAV: CID, A, N."""
     system = b.grids.system(card, card.integer(1, "CID", 0, lowest=0))
@@ -188,7 +147,7 @@ READ: dict[str, Callable[[Builder, Card, DeckLoad], None]] = {
     **dict.fromkeys(("FORCE", "MOMENT"), _at_grid),
     **dict.fromkeys(("FORCE1", "FORCE2", "MOMENT1", "MOMENT2"), _by_grids),
     "PLOAD": _on_grids,
-    "PLOAD1": _along_beam,
+    "PLOAD1": add_beam_load,
     "PLOAD2": _on_shells,
     "PLOAD4": _on_elements,
     "GRAV": _gravity,

@@ -113,7 +113,8 @@ REMARKS = {
         loads.READ,
         "A set is a load of the mesh, for [loads]; gravity is for modalprep init.",
     ),
-    "PLOAD1": "Along basic axes or along the beam (FX, FY, FZ, FXE); others are said by modalprep init.",
+    "PLOAD1": "Forces and moments along basic axes or those of the beam, by length or fraction; per projected length "
+    "for forces along basic axes.",
     "LOAD": "The sum of loads; the mesh's load of its number.",
     **dict.fromkeys(analysis.LISTS, "For modalprep init: count and band of modes, damping."),
     "DMIG": "Where K2GG or M2GG of the case control selects it, with factors and the parameters CK2, CM2, as stiffness "

@@ -159,7 +159,7 @@ def shape(conversion: Conversion, card: Card) -> Section:
     if card.name == "PBEAML":
         if kind in ("T", "T2", "I"):
             shear["neutral"] = (_below_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)]), 0.0)
-        elif kind in ("T1", "L", "CHAN", "CHAN1", "CHAN2", "HAT", "HAT1", "BOX1"):
+        elif kind in ("T1", "L", "CHAN", "CHAN1", "CHAN2", "HAT", "HAT1", "BOX1", "DBOX", "GBOX"):
             conversion.note(
                 f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran"
             )

@@ -34,6 +34,9 @@ class Shape(NamedTuple):
     k2: float
 
 
+NONE = Shape(*[0.0] * 7)  # of dimensions that do not fit each other
+
+
 def _strips(J: float, along: tuple[float, float], *rectangles: tuple[float, float, float, float]) -> Shape:
     """Sum rectangles (width along z, height along y, centre z, centre y); width < 0 cuts.
 
@@ -180,6 +183,80 @@ def _hat1(plate: float, h: float, top: float, t: float, base: float) -> Shape:
     return _strips(J, along, (plate, base, 0, base / 2), (top, t, 0, h - t / 2), *walls, *brims)
 
 
+def _dbox(
+    b: float, h: float, left: float, t1: float, tc: float, t2: float, tl: float, bl: float, tr: float, br: float
+) -> Shape:
+    """Two cells side by side: the middle wall stands `left` from the outer face of the left one.
+
+    Walls left, middle and right, then above and below of the left cell and of the right one.
+    """
+    inner = left - t1 - tc / 2, b - left - t2 - tc / 2
+    both = h - max(tl, tr) - max(bl, br)
+    if min(*inner, both, t1, tc, t2, tl, bl, tr, br) <= 0:
+        return NONE
+    widths = left - t1 / 2, b - left - t2 / 2
+    heights = h - (tl + bl) / 2, h - (tr + br) / 2
+    J = two_cells(widths, heights, ((t1, tl, bl), (t2, tr, br)), tc)
+    along = (
+        t1 * (h - tl - bl) + t2 * (h - tr - br) + tc * both,
+        inner[0] * (tl + bl) + inner[1] * (tr + br),
+    )
+    outer = (b, h, b / 2, h / 2)
+    cells = [
+        (-inner[0], h - tl - bl, t1 + inner[0] / 2, (h + bl - tl) / 2),
+        (-inner[1], h - tr - br, b - t2 - inner[1] / 2, (h + br - tr) / 2),
+    ]
+    return _strips(J, along, outer, *cells)
+
+
+def two_cells(
+    widths: tuple[float, float],
+    heights: tuple[float, float],
+    walls: tuple[tuple[float, float, float], tuple[float, float, float]],
+    middle: float,
+) -> float:
+    """Torsion constant of two thin-walled cells (Bredt and Batho): ``J = 4 A^T D^-1 A``.
+
+    ``D`` has the sums of length over thickness around each cell, and of the wall that both share.
+    """
+    shared = sum(heights) / 2 / middle
+    sums = [h / side + w / top + w / bottom for w, h, (side, top, bottom) in zip(widths, heights, walls, strict=True)]
+    D = np.diag(sums) + shared * np.array([[1, -1], [-1, 1]])
+    area = np.multiply(widths, heights)
+    return float(4 * area @ np.linalg.solve(D, area))
+
+
+def _gbox(b: float, h: float, top: float, bottom: float, web: float, between: float) -> Shape:
+    """A box of two webs between flanges that stand out."""
+    across, up, inside = between + web, h - (top + bottom) / 2, h - top - bottom
+    outstand = b - between - 2 * web
+    if min(outstand, inside, top, bottom, web) <= 0:
+        return NONE
+    J = 4 * (across * up) ** 2 / (across * (1 / top + 1 / bottom) + 2 * up / web) + _open(
+        (outstand, top), (outstand, bottom)
+    )
+    webs = [(web, inside, s * across / 2, bottom + inside / 2) for s in (-1, 1)]
+    along = 2 * web * inside, SOLID * b * (top + bottom)
+    return _strips(J, along, (b, bottom, 0, bottom / 2), (b, top, 0, h - top / 2), *webs)
+
+
+def _fcross(h: float, b: float, tv: float, th: float, bv: float, tfv: float, bh: float, tfh: float) -> Shape:
+    """A cross whose four ends have flanges: of the upright web `bv` wide, of the lying one `bh` high."""
+    upright, lying = h - 2 * tfv, (b - tv - 2 * tfh) / 2
+    if min(upright, lying) <= 0:
+        return NONE
+    J = _open((h - tfv, tv), (b - tfh, th), (bv, tfv), (bv, tfv), (bh, tfh), (bh, tfh))
+    along = (tv * upright + SOLID * 2 * bh * tfh, th * 2 * lying + SOLID * 2 * bv * tfv)
+    parts = [(tv, upright, 0, 0)]
+    for s in (-1, 1):
+        parts += [
+            (bv, tfv, 0, s * (h - tfv) / 2),
+            (tfh, bh, s * (b - tfh) / 2, 0),
+            (lying, th, s * (tv + lying) / 2, 0),
+        ]
+    return _strips(J, along, *parts)
+
+
 SHAPES: dict[str, tuple[int, Callable[..., Shape]]] = {
     "ROD": (1, lambda r: _ring(r, 0.0, ROUND)),
     "TUBE": (2, _ring),
@@ -202,4 +279,7 @@ SHAPES: dict[str, tuple[int, Callable[..., Shape]]] = {
     "HAT1": (5, _hat1),
     "HEXA": (3, _hexa),
     "Z": (4, _z),
+    "DBOX": (10, _dbox),
+    "GBOX": (6, _gbox),
+    "FCROSS": (8, _fcross),
 }
