@@ -121,8 +121,8 @@ def test_damping_parameters_and_superelements_are_noted(read):
     assert mesh.notes == (
         "left out: 1 SEID of GRID (deck.bdf line 4), 1 GE of MAT1 (deck.bdf line 7), 1 PARAM,K6ROT (deck.bdf line 8), "
         "1 PARAM,G (deck.bdf line 11), 1 PARAM,COUPMASS (deck.bdf line 12); damping is given in the pipeline file, "
-        "superelements are one structure here, drilling stiffness and normals of shells are those of the elements, and "
-        "the mass is consistent unless mass = 'nastran'",
+        "elements count once (CK1, CM1), superelements are one structure here, sections do not warp, drilling "
+        "stiffness and normals of shells are those of the elements, and the mass is consistent unless mass = 'nastran'",
     )
 
 

@@ -20,6 +20,11 @@ from modalprep.fe.readers.loads import DeckLoad
 
 RETAINED = "retained"  # the group of the nodes that a substructure keeps
 ADVICE = "of this step these are not used"
+OTHER = ("IMAGINARY", "SECTOR", "CYCLIC MODE", "USER", "SUBMODEL")  # parameters that make a load another one
+IDLE = {  # parameters of keywords in steps that change nothing here
+    *("OP", "REAL", "EIGENSOLVER", "NORMALIZATION", "STORAGE", "GLOBAL", "SOLVER", "CYCMPC", "SORTED", "FIELD"),
+    *("REGION TYPE", "FOLLOWER"),
+}
 
 
 @dataclass
@@ -40,13 +45,27 @@ def read_steps(deck: Deck, blocks: list[Block], known: Mapping[str, Entry], quie
         step = steps.setdefault(block.step, Step(number=block.step))
         entry = known.get(block.keyword)
         try:
-            if entry and entry.handle:
+            if entry and entry.handle and (other := _other_load(block)):
+                step.unread.append((f"*{block.keyword} with {other}", f"line {block.line}"))
+            elif entry and entry.handle:
                 entry.handle(deck, block, step)
+                step.unread += [
+                    (f"parameter {name} of *{block.keyword}", f"line {block.line}")
+                    for name in block.options.unread
+                    if name not in IDLE
+                ]
             elif block.keyword not in quiet:
                 step.unread.append((f"*{block.keyword}", f"line {block.line}"))
         except InputError as error:
             step.said.append(str(error))
     deck.current["steps"] = [steps[number] for number in sorted(steps)]
+
+
+def _other_load(block: Block) -> str:
+    """Return what makes a load another one than a real static load, empty without any."""
+    if block.options.get("LOAD CASE", "1").strip() != "1":
+        return "LOAD CASE (the imaginary part)"
+    return next((name for name in OTHER if name in block.options), "")
 
 
 def cases(deck: Deck, supports: tuple[str, ...], loads: Collection[str]) -> Iterator[AnalysisCase]:

@@ -31,6 +31,7 @@ BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS", "MATRIX"}  
 PLANE = "plane"  # name of the set of supports that keeps plane stress in its plane
 BOUNDARY = "boundary"  # name of the set of supports, and of their group
 KEPT = {("SURFACE", "TYPE"), ("ORIENTATION", "LOCAL DIRECTIONS")}  # parameters that count where something uses them
+FRAMES = ("PART", "INSTANCE", "ASSEMBLY")
 POINTS = ("mass", "rotary inertia", "spring")
 QUIET = {name for name, entry in REGISTRY.items() if entry.treatment == "no effect"} | {"STEP", "BOUNDARY"}
 SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
@@ -72,6 +73,7 @@ def read_abaqus(
     blocks, sha256 = read_blocks(path)
     parts = Parts()
     blocks = [_spelled(block) for block in blocks]
+    frames = [block for block in blocks if block.keyword in FRAMES]
     deck = Deck(path, Units(length=length, mass=mass), parts, spoken(blocks, dialect))
     blocks, of_steps = _chosen(deck, parts.placed(blocks), ignore)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -83,7 +85,7 @@ def read_abaqus(
         _refuse_bare_couplings(deck, blocks)
         _note_bare_points(deck)
         refuse_held_rotations(deck)
-        for block in blocks:
+        for block in (*frames, *blocks):
             _skip_unread(deck, block)
         note_others(deck)
         refuse_turned_nodes(deck)
@@ -94,7 +96,8 @@ def read_abaqus(
 
 def _skip_unread(deck: Deck, block: Block) -> None:
     """Note the parameters of a keyword that nothing has asked for, but those without effect on a linear model."""
-    handled = any(stage[block.keyword].handle for stage in STAGES if block.keyword in stage)
+    handled = block.keyword in FRAMES
+    handled |= any(stage[block.keyword].handle for stage in STAGES if block.keyword in stage)
     for name in block.options.unread if handled else ():
         if name not in WITHOUT_EFFECT and (block.keyword, name) not in KEPT:
             deck.skipped.append((f"parameter {name} of *{block.keyword}", f"line {block.line}"))

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Collection
 from pathlib import Path
 
+import numpy as np
+
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
@@ -18,6 +20,7 @@ from modalprep.fe.readers.ansys.constraints import add_constraints
 from modalprep.fe.readers.ansys.deck import Deck, Element, ElementBlock
 from modalprep.fe.readers.ansys.elements import BY_NUMBER, ELEMENTS
 from modalprep.fe.readers.ansys.lexer import commands
+from modalprep.fe.readers.ansys.options import check_options
 from modalprep.fe.readers.ansys.registry import BY_LETTERS, COMMANDS
 from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
@@ -66,6 +69,7 @@ def read_ansys(path: Path, length: float, mass: float, ignore: Collection[str] =
     if not deck.points or not deck.elements:
         what = "elements" if deck.points else "nodes"
         raise InputError(f"mesh file {path} holds no {what}; export the model by CDWRITE")
+    check_options(deck, _first_of_types(deck), ignored, BY_NUMBER)
     builder = Builder(deck, Units(length=length, mass=mass))
     for part in deck.elements.parts:
         _build_part(builder, part, ignored)
@@ -74,6 +78,19 @@ def read_ansys(path: Path, length: float, mass: float, ignore: Collection[str] =
     _refuse_absent(deck, ignored)
     mesh = builder.mesh(sha256)
     return mesh.with_(notes=(*left_out(deck.skipped, ADVICE), *deck.notes))
+
+
+def _first_of_types(deck: Deck) -> dict[int, Element]:
+    """Return an element of each type that the deck uses."""
+    found: dict[int, Element] = {}
+    for part in deck.elements.parts:
+        if isinstance(part, dict):
+            for element in part.values():
+                found.setdefault(element.type, element)
+            continue
+        for kind, k in zip(*np.unique(part.attributes[:, 0], return_index=True), strict=True):
+            found.setdefault(int(kind), part.element(int(k)))
+    return found
 
 
 def _refuse_absent(deck: Deck, ignored: set[str]) -> None:

@@ -90,6 +90,8 @@ def _on_shells(b: Builder, card: Card, load: DeckLoad) -> None:
 
 def _on_elements(b: Builder, card: Card, load: DeckLoad) -> None:
     """PLOAD4: pressures at the corners of a face; into solids, along the normals of shells, or along a direction."""
+    if card.text(12) == "LINE":
+        raise card.error("a load along the edges of elements (SORL = LINE) is not read; give forces of grids")
     numbers = [card.integer(1, "EID", lowest=1)]
     if card.text(6) == "THRU":
         last = card.integer(7, "EID2", lowest=1)

@@ -19,6 +19,7 @@ from modalprep.fe.readers.nastran import (
     superelements,
 )
 from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.numbers import real
 
 
 class Table(NamedTuple):
@@ -94,8 +95,8 @@ REMARKS = {
     "CGAP": "As a spring, open or closed, as gaps of the mesh says; refused without. Preload is left out.",
     "PTUBE": "A taper is replaced by its mean.",
     "MAT2": "For shells, where it is orthotropic along the material's axes.",
-    "PARAM": "WTMASS, COUPMASS, CK2 and CM2 are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others "
-    "do nothing.",
+    "PARAM": "WTMASS, COUPMASS, CK2 and CM2 are read; CK1, CM1, G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are "
+    "noted; others do nothing.",
     "CELAS1": "Between distant grids it acts through rigid arms to the middle.",
     "CELAS2": "Between distant grids it acts through rigid arms to the middle.",
     "CBEND": "Sixteen straight beams between new grids follow the arc.",
@@ -222,12 +223,20 @@ def refuse_surplus(card: Card) -> None:
         )
 
 
-GE = {"MAT1": 7, "MAT2": 12, "MAT8": 16, "PCOMP": 6, "PCOMPG": 6, "PELAS": 2}  # field of the structural damping GE
-PARAMETERS = ("G", "W3", "W4", "ALPHA1", "ALPHA2", "K6ROT", "SNORM", "COUPMASS")
+GE = {  # field of the structural damping GE
+    **{"MAT1": 7, "MAT2": 12, "MAT3": 15, "MAT8": 16, "MAT9": 30, "MAT11": 15},
+    **{"PCOMP": 6, "PCOMPG": 6, "PELAS": 2, "CELAS2": 6},
+}
+PARAMETERS = {  # and the value that asks for what the model has
+    **dict.fromkeys(("G", "W3", "W4", "ALPHA1", "ALPHA2", "K6ROT", "SNORM"), None),
+    **{"COUPMASS": 1.0, "CK1": 1.0, "CM1": 1.0},
+}
+WARPING = 16  # field of the first of the two scalar points of a CBEAM
 SEID = 7  # field of a grid
 SAID_BESIDES = (
-    "damping is given in the pipeline file, superelements are one structure here, drilling stiffness and normals of "
-    "shells are those of the elements, and the mass is consistent unless mass = 'nastran'"
+    "damping is given in the pipeline file, elements count once (CK1, CM1), superelements are one structure here, "
+    "sections do not warp, drilling stiffness and normals of shells are those of the elements, and the mass is "
+    "consistent unless mass = 'nastran'"
 )
 
 
@@ -248,10 +257,13 @@ def _of(card: Card) -> Iterator[str]:
         yield f"GE of {card.name}"
     if card.name == "GRID" and card.text(SEID) not in ("", "0"):
         yield "SEID of GRID"
-    if card.name == "PARAM" and card.text(0) in PARAMETERS and card.text(1) != _usual(card):
+    if card.name == "CBEAM" and any(card.fields[WARPING : WARPING + 2]):
+        yield "SA and SB (warping) of CBEAM"
+    if card.name == "PARAM" and card.text(0) in PARAMETERS and _asks_for_more(card):
         yield f"PARAM,{card.text(0)}"
 
 
-def _usual(card: Card) -> str:
-    """Return the value that asks for what the model has: the consistent mass."""
-    return "1" if card.text(0) == "COUPMASS" else ""
+def _asks_for_more(card: Card) -> bool:
+    """Whether a parameter has another value than the one that asks for what the model has."""
+    usual = PARAMETERS[card.text(0)]
+    return bool(card.text(1)) if usual is None else real(card.text(1)) != usual
