@@ -172,6 +172,15 @@ CDB = {
     "orders in turn": cdb(lambda k, n: row(k, n if k % 2 else second(n)), kind="186"),
     "one point": cdb(tail="KEYOPT,1,2,1"),
     "systems": cdb(lambda k, n: row(k, n, system=11), tail="LOCAL,11,1,0,0,0"),
+    "predefined systems": cdb(lambda k, n: row(k, n, system=(1, 2, 5)[k // 9 % 3])),
+    "systems of shells": cdb(
+        lambda k, n: row(k, n[:4] if k > 9 else [*n[:3], n[2]], system=11 + (k > 20)),
+        kind="181",
+        tail=f"{THICK}\nLOCAL,11,2,1,2,3,30\nLOCAL,12,0,0,0,0,40",
+    ),
+    "systems of second order": cdb(
+        lambda k, n: row(k, second(n), system=11), kind="186", tail="LOCAL,11,1,.5,0,0,20,30"
+    ),
     "absent system": cdb(lambda k, n: row(k, n, system=12 if k == 9 else 0)),
     "absent node": cdb(lambda k, n: row(k, [*n[:7], 999 if k == 9 else n[7]])),
     "absent type": cdb().replace("ET,1,185", "ET,2,185"),

@@ -22,7 +22,7 @@ MASSES = {
     "dupgrid.bdf": 0.1,
     "free_blank.bdf": 0.78,
     "include_lines.bdf": 0.78,
-    "kin_orient.inp": CUBE,
+    "kin_orient.inp": 2 * CUBE,  # on a square with a diagonal of 2 m
     "mcid_normal.bdf": 400.0,
     "nsm1.bdf": 2 * 0.01 * 1000 + 5,
     "r5.cdb": CUBE,

@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.fe.properties.properties import Shell, Solid
 from modalprep.fe.readers.ansys.builder import Builder
-from modalprep.fe.readers.ansys.deck import ElementBlock
+from modalprep.fe.readers.ansys.deck import Element, ElementBlock
 from modalprep.fe.readers.ansys.elements import (
     BRICKS,
     COUNT,
@@ -29,7 +29,7 @@ def add_alike(b: Builder, name: str, block: ElementBlock) -> bool:
     """Add a block of elements of one type; False, and nothing added, where one of them asks for a look of its own."""
     handle = ELEMENTS[name].handle if name in ELEMENTS else None
     shapes = _shapes(handle, block.nodes)
-    if block.attributes[0, 4] or shapes is None:
+    if shapes is None:
         return False
     names, shape, table, corners = shapes
     own = [np.flatnonzero(shape == k) for k in range(len(names))]
@@ -64,6 +64,8 @@ def _add_solids(b: Builder, kind: str, block: ElementBlock, rows: np.ndarray, no
     b.refuse_without_element(first, kind, Solid)
     added = _add(b, kind, block.labels[rows], nodes, solid_group(b, first))
     note_solids(b, first, kind, added)
+    if (axes := _axes(b, first, nodes)) is not None:
+        b.data.setdefault(("frame", kind), {}).update(zip(added, axes, strict=True))
 
 
 def _add_shells(b: Builder, kind: str, block: ElementBlock, rows: np.ndarray, nodes: np.ndarray) -> None:
@@ -71,8 +73,17 @@ def _add_shells(b: Builder, kind: str, block: ElementBlock, rows: np.ndarray, no
     b.refuse_without_element(first, kind, Shell)
     added = _add(b, kind, block.labels[rows], nodes, shell_group(b, first))
     b.turning.update(np.unique(nodes).tolist())
-    axes = middle_sides(b.points[nodes], kind.startswith("triangle"))
+    axes = _axes(b, first, nodes)
+    axes = middle_sides(b.points[nodes], kind.startswith("triangle")) if axes is None else axes[:, 0]
     b.data.setdefault(("axis", kind), {}).update(zip(added, axes, strict=True))
+
+
+def _axes(b: Builder, first: Element, nodes: np.ndarray) -> np.ndarray | None:
+    """Return the axes (n, 3, 3) of the system that elements have, in their middles; None in the global one."""
+    system = b.system(first)
+    if system is None:
+        return None
+    return np.array([system.axes_at(centre) for centre in np.mean(b.points[nodes], axis=1)])
 
 
 def _add(b: Builder, kind: str, labels: np.ndarray, nodes: np.ndarray, group: str) -> range:
