@@ -2,7 +2,8 @@
 
     python benchmarks/reading.py [--quick] [--peers PYTHON]
 
-Writes one box of bricks as a deck of Nastran, Abaqus and Ansys, and reads it by `read_mesh`, which makes a mesh in SI
+Writes one box of bricks as a deck of Nastran in fixed and in free fields, of Abaqus, and of Ansys without and with a
+coordinate system of the elements (ESYS), and reads it by `read_mesh`, which makes a mesh in SI
 units with groups, materials and checks of it, and in turn by pyNastran (`read_bdf`, no cross-references), meshio and
 ansys-mapdl-reader (`Archive`, no grid of VTK). Each reading is that of a new process, which has read a small deck of
 the kind before, and is measured in CPU time; the memory is what the process has at most, less what it had before.
@@ -11,8 +12,8 @@ pyNastran needs an older NumPy than this package: `--peers` names the Python of 
 default this one. A peer that is not there gives no figure, and the line of JSON says null.
 
 Prints a table, medians of the rounds, and one line of JSON: for each kind of deck ``bdf_over_pynastran``,
-``inp_over_meshio`` and ``cdb_over_mapdl``, our time over that of the peer; ``*_memory`` likewise; and the seconds of
-`modalprep init` on each deck over those of `read_mesh`.
+``free_over_pynastran``, ``inp_over_meshio``, ``cdb_over_mapdl`` and ``esys_over_mapdl``, our time over that of the
+peer; ``*_memory`` likewise; and the seconds of `modalprep init` on each deck over those of `read_mesh`.
 """
 
 from __future__ import annotations
@@ -44,6 +45,8 @@ PEERS = {
         "from ansys.mapdl.reader.archive import Archive\ndef read(path): return Archive(path, parse_vtk=False)",
     ),
 }
+PEERS |= {"free": PEERS["bdf"], "esys": PEERS["cdb"]}
+ENDINGS = {"free": "bdf", "esys": "cdb"}  # of others the kind is the ending
 MEASURE = """
 import sys, time
 def memory(name): return next(int(s.split()[1]) for s in open("/proc/self/status") if s.startswith(name)) / 1024
@@ -77,6 +80,16 @@ def bdf(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
     yield "ENDDATA\n"
 
 
+def free(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
+    """Yield a deck of Nastran in free fields."""
+    yield "SOL 103\nCEND\nSUBCASE 1\nBEGIN BULK\nMAT1,7,2.1+11,,.3,7800.\nPSOLID,5,7\n"
+    yield from (f"GRID,{k},,{x:.6f},{y:.6f},{z:.6f}\n" for k, (x, y, z) in enumerate(points.tolist(), 1))
+    for k, nodes in enumerate(bricks.tolist(), 1):
+        row = [str(n) for n in nodes]
+        yield f"CHEXA,{k},5,{','.join(row[:6])},+\n+,{','.join(row[6:])}\n"
+    yield "ENDDATA\n"
+
+
 def inp(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
     """Yield a deck of Abaqus."""
     yield "*NODE, NSET=all\n"
@@ -89,7 +102,12 @@ def inp(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
     yield "*SOLID SECTION, ELSET=body, MATERIAL=steel\n*MATERIAL, NAME=steel\n*ELASTIC\n2.1e11, .3\n*DENSITY\n7800.\n"
 
 
-def cdb(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
+def esys(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
+    """Yield a file of CDWRITE whose elements have a coordinate system of their own."""
+    yield from cdb(points, bricks, 11)
+
+
+def cdb(points: np.ndarray, bricks: np.ndarray, system: int = 0) -> Iterator[str]:
     """Yield a file of CDWRITE."""
     yield "/PREP7\nET,1,185\nMP,EX,1,2.1e11\nMP,PRXY,1,.3\nMP,DENS,1,7800.\n"
     yield f"NBLOCK,6,SOLID,{len(points):9d},{len(points):9d}\n(3i9,6e21.13e3)\n"
@@ -97,11 +115,11 @@ def cdb(points: np.ndarray, bricks: np.ndarray) -> Iterator[str]:
         yield f"{k:9d}        0        0" + "".join(f"{value:21.13E}" for value in x).removesuffix(f"{0:21.13E}") + "\n"
     yield f"N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,{len(bricks):9d},{len(bricks):9d}\n(19i9)\n"
     for k, nodes in enumerate(bricks.tolist(), 1):
-        yield "".join(f"{n:9d}" for n in (1, 1, 1, 1, 0, 0, 0, 0, 8, 0, k, *nodes)) + "\n"
+        yield "".join(f"{n:9d}" for n in (1, 1, 1, 1, system, 0, 0, 0, 8, 0, k, *nodes)) + "\n"
     foot = (1 + np.flatnonzero(points[:, 2] == 0)).tolist()
     yield f"       -1\nCMBLOCK,FOOT,NODE,{len(foot):8d}\n(8i10)\n"
     yield from ("".join(f"{n:10d}" for n in foot[k : k + 8]) + "\n" for k in range(0, len(foot), 8))
-    yield "FINISH\n"
+    yield "LOCAL,11,0,0,0,0,30\nFINISH\n" if system else "FINISH\n"
 
 
 def measured(python: str, code: str, small: Path, deck: Path) -> tuple[float, float] | None:
@@ -144,10 +162,11 @@ def main() -> None:
     given = parser.parse_args()
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        for kind, write in (("bdf", bdf), ("inp", inp), ("cdb", cdb)):
+        for write in (bdf, free, inp, cdb, esys):
+            kind = write.__name__
             files = []
             for n in (10, 40 if given.quick else 60):
-                files.append(Path(folder) / f"box{n}.{kind}")
+                files.append(Path(folder) / f"{kind}{n}.{ENDINGS.get(kind, kind)}")
                 with files[-1].open("w") as file:
                     file.writelines(write(*box(n)))
             found |= compare(kind, *files, rounds=1 if given.quick else 5, python=given.peers)

@@ -75,6 +75,19 @@ def apart(k: int, p: int, *n: int) -> str:
     return small("CHEXA", k, p, *n[:6]).ljust(72) + "+Z\nCONM2,90,1,,1.\n+Z      " + "".join(f"{m:>8}" for m in n[6:])
 
 
+def free(*fields: object, mark: str = "", head: str = "") -> str:
+    """Return a card in free fields; `mark` ends each line that goes on, `head` begins the next."""
+    name, *values = map(str, fields)
+    rows = [values[k : k + 8] for k in range(0, len(values), 8)]
+    lines = [[head if k else name, *row, *[mark] * (k + 1 < len(rows) and bool(mark))] for k, row in enumerate(rows)]
+    return "\n".join(map(",".join, lines))
+
+
+def free_grid(k: int, *x: float) -> str:
+    """Return a GRID in free fields."""
+    return free("GRID", k, "", *map(short, x))
+
+
 BDF = {
     "small": bdf(),
     "large": bdf(
@@ -87,6 +100,34 @@ BDF = {
     "free": bdf(
         lambda k, *x: f"GRID,{k},,{x[0]},{x[1]},{x[2]}",
         lambda *f: "CHEXA," + ",".join(map(str, f[:8])) + ",+\n+," + ",".join(map(str, f[8:])),
+    ),
+    "free without markers": bdf(free_grid, lambda *f: free("CHEXA", *f)),
+    "free with marks": bdf(free_grid, lambda *f: free("CHEXA", *f, mark="+", head="+")),
+    "free with a mark and no head": bdf(free_grid, lambda *f: free("CHEXA", *f, mark="+")),
+    "free with own marks": bdf(free_grid, lambda k, *f: free("CHEXA", k, *f, mark=f"+E{k}", head=f"+E{k}")),
+    "free with blanks": bdf(lambda k, *x: free("GRID", f" {k}", " ", *(f" {v:.6f} " for v in x), " 0", "")),
+    "free with two numbers in a field": bdf(lambda k, *x: free_grid(k, *x).replace("GRID,7,", "GRID,7 0")),
+    "free with tabs": bdf(lambda k, *x: free_grid(k, *x).replace("GRID,7,", "GRID,7\t,")),
+    "free in turn": bdf(lambda k, *x: (free_grid if k % 9 else grid)(k, *x), lambda *f: free("CHEXA", *f)),
+    "free and fixed": bdf(free_grid, lambda k, *f: free("CHEXA", k, *f) if k % 2 else chexa(k, *f)),
+    "free with comments": bdf(lambda k, *x: free_grid(k, *x) + " $ here" * (k == 9)),
+    "free of more than ten fields": bdf(brick=lambda *f: ",".join(map(str, ("CHEXA", *f)))),
+    "free of ten fields": bdf(brick=lambda k, p, *n: ",".join(map(str, ("CHEXA", k, p, *n[:7]))) + f"\n,{n[7]}"),
+    "free of second order": bdf(free_grid, lambda k, p, *n: free("CHEXA", k, p, *second(n))),
+    "free with missing middles": bdf(free_grid, lambda k, p, *n: free("CHEXA", k, p, *second(n)[: 20 - (k == 9)])),
+    "free shells": bdf(free_grid, lambda k, p, *n: free("CQUAD4", k, 4, *n[:4]), "PSHELL,4,7,.01,7"),
+    "free shells with thickness": bdf(
+        free_grid,
+        lambda k, p, *n: free("CQUAD4", k, 4, *n[:4], *["", "", "", "", ".02"] * (k == 7)),
+        "PSHELL,4,7,.01,7",
+    ),
+    "free systems": bdf(
+        lambda k, *x: free("GRID", k, 4, *map(short, x), 4), between="CORD2C,4,,1.,0.,0.,1.,0.,1.,+\n+,2.,0.,0."
+    ),
+    "free with large fields": bdf(lambda k, *x: f"GRID*,{k},,{x[0]},{x[1]},*\n*,{x[2]}"),
+    "free with a letter": bdf(lambda k, *x: free_grid(k, *x).replace("GRID,7,", "GRID,7,x")),
+    "free and cut": bdf(
+        free_grid, lambda k, *f: free("CHEXA", k, *f).split("\n")[0] if k == 9 else free("CHEXA", k, *f)
     ),
     "comments between": bdf(between="$ bricks\n$"),
     "a comment within": bdf(lambda k, *x: grid(k, *x) + "\n$ here" * (k == 40)),

@@ -10,6 +10,7 @@ from size import cases
 
 import modalprep as mp
 from modalprep.fe.readers import numbers
+from modalprep.fe.readers.nastran import runs
 from modalprep.fe.readers.text import Lines
 
 DECKS = {"bdf": BDF, "cdb": CDB, "inp": INP}
@@ -128,6 +129,15 @@ def test_regular_decks_are_read_in_blocks(read, kind, name, count, monkeypatch):
     read(kind, DECKS[kind][name].encode(), 3)
     assert len(found) == count
     assert all(table is not None for table in found)
+
+
+@pytest.mark.parametrize("name", ["free without markers", "free with marks", "free shells"])
+def test_free_fields_are_read_in_blocks(read, name, monkeypatch):
+    found = []
+    whole = runs._free_block
+    monkeypatch.setattr(runs, "_free_block", lambda *args: found.append(whole(*args)) or found[-1])
+    read("bdf", DECKS["bdf"][name].encode(), 3)
+    assert [block is not None for block in found] == [True, True]
 
 
 @pytest.mark.parametrize("digits", range(20))

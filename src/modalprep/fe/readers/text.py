@@ -134,17 +134,23 @@ class Lines:
         """
         values, counts = [], []
         for k in range(first, last, STEP):
-            begin, end = self._ends[k] + 1, self._ends[min(k + STEP, last)]
-            part = self.text[begin:end]
-            cuts = np.append(np.flatnonzero((part == COMMA) | (part == NEWLINE)), len(part))
-            closes = np.append(part[cuts[:-1]] == NEWLINE, True)
-            counts.append(np.diff(np.flatnonzero(closes), prepend=-1))
-            if reals and len({*counts[0].tolist(), *counts[-1].tolist()}) > 1:
+            starts, stops, own = self.fields(k, min(k + STEP, last))
+            counts.append(own)
+            if reals and len({*counts[0].tolist(), *own.tolist()}) > 1:
                 return None
-            stops = begin + cuts - (closes & (part[cuts - 1] == RETURN))
             whole = np.arange(counts[0][0]) == 0 if reals else np.ones(1, dtype=bool)
-            found = plain_numbers(self.text, begin + np.append(0, cuts[:-1] + 1), stops, whole)
+            found = plain_numbers(self.text, starts, stops, whole)
             if found is None:
                 return None
             values.append(found)
         return np.concatenate(values), np.concatenate(counts)
+
+    def fields(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where the fields between the commas of lines begin and end in `text`, and how many each line has."""
+        begin, end = self._ends[first] + 1, self._ends[last]
+        part = self.text[begin:end]
+        cuts = np.append(np.flatnonzero((part == COMMA) | (part == NEWLINE)), len(part))
+        closes = np.append(part[cuts[:-1]] == NEWLINE, True)
+        counts = np.diff(np.flatnonzero(closes), prepend=-1)
+        stops = begin + cuts - (closes & (part[cuts - 1] == RETURN))
+        return begin + np.append(0, cuts[:-1] + 1), stops, counts

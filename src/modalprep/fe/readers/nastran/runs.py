@@ -1,4 +1,4 @@
-"""Runs of cards alike in fixed fields, such as all GRID of a deck: their numbers in one table."""
+"""Runs of cards alike in fixed or free fields, such as all GRID of a deck: their numbers in one table."""
 
 from __future__ import annotations
 
@@ -10,21 +10,27 @@ import numpy as np
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.lines import split
-from modalprep.fe.readers.text import Lines
+from modalprep.fe.readers.numbers import plain_numbers
+from modalprep.fe.readers.text import STEP, Lines
 
 GRID = np.array([True, True, False, False, False, True, True, True])  # which fields are whole numbers
 HEIGHTS = {"GRID": (1, 2)}  # lines of a card in small and in large fields
 NAMES = ["GRID", *dict.fromkeys(card for cell in CELLS.values() for card in cell.nastran if cell.dimension > 1)]
 CONTINUATION = -1
 IN_MARKERS = np.isin(np.arange(256), [ord(c) for c in string.ascii_letters + string.digits])
+FORMS = ("small", "large", "free")
+WIDTH = 8  # fields of a line, but large ones
 HEAD, LAST, MARKER = 8, 72, 80  # where fields begin, where they end, where markers end
 
 
 class Run(NamedTuple):
-    """Cards that follow each other from line `first` (from 0 on) to `stop`, of `height` lines each."""
+    """Cards that follow each other from line `first` (from 0 on) to `stop`, of `height` lines each.
+
+    `form` is that of their fields: "small", "large" or "free".
+    """
 
     name: str
-    large: bool
+    form: str
     first: int
     stop: int
     height: int
@@ -86,27 +92,38 @@ def find_runs(lines: Lines) -> dict[int, Run]:
     found = {}
     for a, b in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True):
         if b - a >= lines.least and alone[a]:
-            name, large = NAMES[(kinds[a] - 1) // 2], bool((kinds[a] - 1) % 2)
-            found[int(cards[a])] = Run(name, large, int(cards[a]), int(cards[b]), int(height[a]))
+            name, form = (int(k) for k in divmod(kinds[a] - 1, len(FORMS)))
+            found[int(cards[a])] = Run(NAMES[name], FORMS[form], int(cards[a]), int(cards[b]), int(height[a]))
     return found
 
 
 def _kinds(lines: Lines) -> np.ndarray:
-    """Return of each line 1 + 2 k of card k in small fields, 2 + 2 k in large ones, -1 of a continuation, else 0."""
+    """Return of each line 1 + 3 k of card k in small fields, one more in large ones and in free ones, or 0.
+
+    -1 is a continuation.
+    """
     beginnings = lines.beginnings(0, len(lines))
-    kinds = np.where(np.isin(beginnings, [ord(c) for c in " +*"]), CONTINUATION, 0)
-    heads = lines.columns(0, len(lines), 0, HEAD)
-    words = heads.view(np.uint64).ravel()
+    kinds = np.where(np.isin(beginnings, [ord(c) for c in " +*,"]), CONTINUATION, 0)
+    words = lines.columns(0, len(lines), 0, HEAD).view("<u8").ravel()
     for k, name in enumerate(NAMES):
-        for large in (False, True):
-            word = np.frombuffer(f"{name + '*' * large:<{HEAD}}".encode(), dtype=np.uint64)[0]
-            kinds[words == word] = 1 + 2 * k + large
+        for form, end in enumerate(("", "*")):
+            kinds[words == _word(f"{name + end:<{HEAD}}")] = 1 + len(FORMS) * k + form
+        if len(name) < HEAD:
+            free = f"{name},"
+            kinds[words & _word("\xff" * len(free)) == _word(free)] = 1 + len(FORMS) * k + 2
     return kinds
+
+
+def _word(text: str) -> np.uint64:
+    """Return the first bytes of a line as one number, zeros behind its end."""
+    return np.frombuffer(text.encode("latin-1").ljust(HEAD, b"\0"), dtype="<u8")[0]
 
 
 def block_of(lines: Lines, run: Run, file: str) -> CardBlock | None:
     """Return the cards of a run; None where one of them asks for a look of its own."""
-    width = 4 if run.large else 8
+    if run.form == "free":
+        return _free_block(lines, run, file)
+    width = 4 if run.form == "large" else 8
     edges = np.linspace(HEAD, LAST, width + 1).astype(int)
     count = (run.stop - run.first) // run.height
     whole = GRID if run.name == "GRID" else np.ones(width * run.height, dtype=bool)
@@ -119,6 +136,56 @@ def block_of(lines: Lines, run: Run, file: str) -> CardBlock | None:
     return CardBlock(run.name, values, file, lines, run) if _is_regular(run.name, values) else None
 
 
+def _free_block(lines: Lines, run: Run, file: str) -> CardBlock | None:
+    """Return the cards of a run in free fields, as many in each line; + and nothing may mark lines that go on."""
+    count = (run.stop - run.first) // run.height
+    whole = GRID if run.name == "GRID" else np.ones(WIDTH * run.height, dtype=bool)
+    if len(whole) != WIDTH * run.height:
+        return None
+    values = np.full((count, WIDTH * run.height), np.nan)
+    step = (STEP // run.height) * run.height
+    for first in range(run.first, run.stop, step):
+        last = min(first + step, run.stop)
+        begins, ends, counts = lines.fields(first, last)
+        own = counts[: run.height].tolist()
+        if (counts.reshape(-1, run.height) != own).any():
+            return None
+        table = _free_table(lines, own, begins.reshape(-1, sum(own)), ends.reshape(-1, sum(own)), whole)
+        if table is None:
+            return None
+        values[(first - run.first) // run.height : (last - run.first) // run.height] = table
+    return CardBlock(run.name, values, file, lines, run) if _is_regular(run.name, values) else None
+
+
+def _free_table(
+    lines: Lines, counts: list[int], begins: np.ndarray, ends: np.ndarray, whole: np.ndarray
+) -> np.ndarray | None:
+    """Return the numbers of some cards whose lines have so many fields, NaN of blanks; None unless all are plain."""
+    values = np.full((len(begins), len(whole)), np.nan)
+    at = 0
+    for k, count in enumerate(counts):
+        head, data, marker = at, slice(at + 1, at + min(count, WIDTH + 1)), at + WIDTH + 1
+        at += count
+        if count > WIDTH + 2 or (k and not _is_plus(lines, begins[:, head], ends[:, head])):
+            return None
+        if count == WIDTH + 2 and (k == len(counts) - 1 or not _is_plus(lines, begins[:, marker], ends[:, marker])):
+            return None
+        own = whole[WIDTH * k : WIDTH * k + min(count, WIDTH + 1) - 1]
+        if not len(own):
+            return None
+        found = plain_numbers(lines.text, begins[:, data], ends[:, data], own, bare=True)
+        if found is None:
+            return None
+        values[:, WIDTH * k : WIDTH * k + len(own)] = found
+    return values
+
+
+def _is_plus(lines: Lines, begins: np.ndarray, ends: np.ndarray) -> bool:
+    """Whether fields are empty, or a plus alone."""
+    size = ends - begins
+    return bool((size <= 1).all() and (lines.text[begins[size == 1]] == ord("+")).all())
+
+
 def _continued(lines: Lines, run: Run) -> bool:
     """Whether each line goes on with the one before it, by no marker or by the same one, and the last has none."""
     if (lines.stops(run.first, run.stop) - lines.starts(run.first, run.stop)).max() > MARKER:
@@ -128,7 +195,7 @@ def _continued(lines: Lines, run: Run) -> bool:
     if (markers[:, -1] != ord(" ")).any():
         return False
     first = heads[:, :, 0]
-    if not (first == ord("*") if run.large else np.isin(first, [ord(" "), ord("+")])).all():
+    if not (first == ord("*") if run.form == "large" else np.isin(first, [ord(" "), ord("+")])).all():
         return False
     before = markers[:, :-1]
     named = (before != ord(" ")).any(axis=2)
