@@ -157,6 +157,7 @@ def test_mass_above_the_band_may_move_as_if_it_were_rigid():
     bound = float(said[0].split(" by ")[1].split(" %")[0]) / 100
     off = np.abs(found["base.force.y"] - exact["base.force.y"]).max() / few.m
     assert off < bound + 5e-4  # of its last digit
+    assert bound < 3 * off  # modes beyond the candidates count as if they were at the highest of these: 2.4 measured
     near = harmonic_response(few, {"base.y": 1.0}, [0.02, 30.0], damping=1e-4, refine=False)
     assert any(note.endswith("the rest moves with the base as if it were rigid") for note in near.notes)
 
