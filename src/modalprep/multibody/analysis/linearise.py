@@ -162,9 +162,14 @@ def _notes(system: System, recovered: Sequence[str]) -> tuple[str, ...]:
 def _input_forces(chart: Chart, applied: Sequence[Input]) -> np.ndarray:
     """Return the generalised forces (n, ni) of unit inputs at the state of a chart."""
     evaluator = chart.evaluator
-    rest = evaluator.required(chart.y, np.zeros(evaluator.nu))
-    pushed = [evaluator.required(chart.y, np.zeros(evaluator.nu), push=partial(each.apply, 1.0)) for each in applied]
-    return chart.R.T @ (rest[:, None] - np.array(pushed).reshape(-1, evaluator.nu).T)
+    still = np.zeros(evaluator.nu)
+    forces = np.array([each.tau for each in applied]).reshape(-1, evaluator.nu)
+    on_bodies = [k for k, each in enumerate(applied) if each.link >= 0]
+    if on_bodies:
+        rest = evaluator.required(chart.y, still)
+        for k in on_bodies:
+            forces[k] = rest - evaluator.required(chart.y, still, push=partial(applied[k].apply, 1.0))
+    return chart.R.T @ forces.T
 
 
 def _outputs(
@@ -177,6 +182,8 @@ def _outputs(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return C, D and the estimated errors of C, for accelerations ``A z + B i`` of the independent coordinates."""
     n, count = B.shape
+    if not read:
+        return np.zeros((0, 2 * n)), np.zeros((0, count)), np.zeros((0, 2 * n))
     R = exact.chart.R
     moved = np.hstack([R, np.zeros_like(R)]), np.hstack([exact.speeds_x, R])
     accelerations = np.hstack([exact.accelerations_x, exact.accelerations_u]) + R @ A

@@ -76,12 +76,17 @@ class Tangent:
     def accelerations_error(self) -> np.ndarray:
         """A bound of their errors, to first order (n, 2 n): those estimated and round-off."""
         error = np.hstack([self.K_error + EPS * np.abs(self.K), self.D_error + EPS * np.abs(self.D)])
-        return np.abs(self.solve(np.eye(len(self.M)))) @ error
+        return self._mobility @ error
 
     @property
     def accelerations_size(self) -> np.ndarray:
         """What the forces that make K could accelerate, one by one (n, n)."""
-        return np.abs(self.solve(np.eye(len(self.M)))) @ (np.zeros_like(self.M) + self.K_size)
+        return self._mobility @ (np.zeros_like(self.M) + self.K_size)
+
+    @cached_property
+    def _mobility(self) -> np.ndarray:
+        """Absolute values (n, n) of the accelerations by forces."""
+        return np.abs(self.solve(np.eye(len(self.M))))
 
     @cached_property
     def _factor(self) -> tuple[np.ndarray, bool]:

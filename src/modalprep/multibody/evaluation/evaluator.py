@@ -104,7 +104,7 @@ class Evaluator:
         self.start = self._started(t)
         self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
         self.turns = np.zeros(self.nu, dtype=bool)
-        self.names = coordinate_names(self.packed)
+        self.names = self.packed.kept("names", lambda: coordinate_names(self.packed))
         self._measure()
 
     def _started(self, t: float) -> np.ndarray:
@@ -134,6 +134,7 @@ class Evaluator:
     def _measure(self) -> None:
         distinct = {id(body): body for body in self.system.bodies.values()}
         sizes = {key: _size(body) for key, body in distinct.items()}
+        scales = {key: sizes[key] / _reach(body) for key, body in distinct.items() if body.n}
         travels = [np.abs(joint.displacement).max() for joint in self.system.joints if np.any(joint.displacement)]
         largest = max(*sizes.values(), *travels, 0.0)
         self.size = float(largest)
@@ -147,7 +148,7 @@ class Evaluator:
             body = self.system.bodies[link.body] if link.body else None
             if body and body.n:
                 self.owner[first : first + body.n] = [("body", link.body)] * body.n
-                self.scale[first : first + body.n] = sizes[id(body)] / _reach(body)
+                self.scale[first : first + body.n] = scales[id(body)]
 
     def set_time(self, t: float) -> None:
         """Take functions of time at t (s), not after that of the start."""
