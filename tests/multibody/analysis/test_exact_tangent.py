@@ -15,6 +15,9 @@ from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import GivenAccelerations, SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.kernels.tangents.inward import inward_tangents
+from modalprep.multibody.kernels.tangents.outward import outward_tangents
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import mass_and_force
 from modalprep.multibody.reference.loads import dense_loads
 
@@ -64,6 +67,27 @@ def assert_exact(system, seed):
 def test_trees_with_every_joint(root):
     """Rigid and modal bodies with Kg and T, every kind of joint in motion."""
     assert_exact(random_tree(12 + ROOTS.index(root), root=root), 3)
+
+
+def test_work_and_results_are_used_again():
+    """Sweeps at another state leave nothing behind: bit for bit as in new arrays, which they write themselves."""
+    system = random_tree(12, root=ROOTS[0])
+    packed = pack(system)
+    model, nu = packed.model, packed.nu
+
+    def swept(seed, work, K, D, M):
+        evaluator, y, udot, _ = random_motion(system, seed)
+        required = evaluator.required(y, udot)
+        outward_tangents(model, evaluator.data, work)
+        force, size = np.empty((2, nu))
+        inward_tangents(model, evaluator.data, work, K, D, M, force, size)
+        assert_close(force, required, 1e-12)
+        return K, D, M
+
+    again = packed.sweep(), *np.zeros((3, nu, nu))
+    swept(1, *again)
+    for found, expected in zip(swept(2, *again), swept(2, packed.sweep(), *np.zeros((3, nu, nu))), strict=True):
+        np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("seed", seeds(6))

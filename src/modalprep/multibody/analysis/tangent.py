@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eig
+from scipy.linalg.lapack import dpotri
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.closure_tangent import Conditions, conditions, exerted
@@ -69,8 +70,10 @@ class Tangent:
 
     @property
     def accelerations(self) -> np.ndarray:
-        """The derivatives of u' by x and u (n, 2 n)."""
-        return -self.solve(np.hstack([self.K, self.D]))
+        """The derivatives of u' by x and u (n, 2 n): by the inverse, and one correction of what it leaves."""
+        forces = np.hstack([self.K, self.D])
+        found = self._inverse @ forces
+        return -(found + self._inverse @ (forces - self.M @ found))
 
     @property
     def accelerations_error(self) -> np.ndarray:
@@ -86,7 +89,12 @@ class Tangent:
     @cached_property
     def _mobility(self) -> np.ndarray:
         """Absolute values (n, n) of the accelerations by forces."""
-        return np.abs(self.solve(np.eye(len(self.M))))
+        return np.abs(self._inverse)
+
+    @cached_property
+    def _inverse(self) -> np.ndarray:
+        upper = np.triu(dpotri(self._factor[0])[0])
+        return upper + np.triu(upper, 1).T
 
     @cached_property
     def _factor(self) -> tuple[np.ndarray, bool]:
@@ -158,9 +166,8 @@ class SystemTangent:
             for load in registry.tangents(self.tree.scene):
                 self.tree.add(load)
         self.tree.add_joint_elements(loading.slope)
-        self.speeds_x = np.zeros_like(chart.R)
-        self.accelerations_x = np.zeros_like(chart.R)
-        self.accelerations_u = np.zeros_like(chart.R)
+        none: np.ndarray = np.broadcast_to(0.0, chart.R.shape)
+        self.speeds_x = self.accelerations_x = self.accelerations_u = none
         if evaluator.loops is not None:
             self._close(evaluator.loops, required)
         self.found = self.tree.finish()
@@ -191,6 +198,9 @@ class SystemTangent:
             tree.add(load)
         rows = Conditions(*(unit[:, None] * part for part in conditions(tree, loops, chart.kept)))
         inverse, R, own = -chart.inverse, chart.R, chart.dependent
+        self.speeds_x = np.zeros_like(R)
+        self.accelerations_x = np.zeros_like(R)
+        self.accelerations_u = np.zeros_like(R)
         self.speeds_x[own] = inverse @ rows.rate_x @ R
         by_x = rows.acceleration_x @ R + rows.acceleration_u @ self.speeds_x
         self.accelerations_x[own] = inverse @ by_x

@@ -107,22 +107,15 @@ class TreeTangent:
         outward(packed.model, self.data, y, motion)
         required_forces(packed.model, self.data, udot, np.empty(nu))
         outward_tangents(packed.model, self.data, self.work)
-        self.ground = Moving(
-            np.eye(3),
-            ORIGIN,
-            np.concatenate([ORIGIN, self.data.links["omega"][-1]]),
-            np.concatenate([-packed.model.gravity, ORIGIN]),
-            np.zeros((6, 4, nu)),
-        )
         self.interfaces: dict[tuple[int, int], Moving] = {}
         self.links: dict[int, Moving] = {}
         self.views: dict[tuple[int, int], Seen] = {}
         self.added: Tangents | None = None
 
-    @property
+    @cached_property
     def spin(self) -> np.ndarray:
         """Angular velocity (3,) of the ground, that of the orbit."""
-        return self.ground.V[3:]
+        return self.data.links["omega"][-1].copy()
 
     @property
     def sums(self) -> Tangents:
@@ -158,9 +151,9 @@ class TreeTangent:
 
     def on_ground(self, position: np.ndarray) -> Moving:
         """Return the motion of a point of the ground."""
-        arm = cross(self.spin, position)
-        V = np.concatenate([arm, self.spin])
-        return Moving(np.eye(3), position, V, self.ground.a, self.ground.columns)
+        V = np.concatenate([cross(self.spin, position), self.spin])
+        a = np.concatenate([-self.packed.model.gravity, ORIGIN])
+        return Moving(np.eye(3), position, V, a, np.zeros((6, 4, self.nu)))
 
     def body_of(self, link: int) -> FlexibleBody:
         """Return the body that a link carries."""

@@ -99,6 +99,7 @@ class Modes(NamedTuple):
     turns: Turns
     bodies: BodyWork
     own: np.ndarray  # (21, N) rows of the modes of a parent at a joint
+    columns: np.ndarray  # (N, 24) their columns, mode by mode
 
 
 @by_address
@@ -199,6 +200,7 @@ def _modes(model: Model) -> Modes:
         Turns(**_zeros(turns | {"columns": (ends, COLUMN, N)})),
         BodyWork(**_zeros(bodies)),
         np.zeros((ROW, N)),
+        np.zeros((N, COLUMN)),
     )
 
 

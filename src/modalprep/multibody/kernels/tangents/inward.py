@@ -228,10 +228,10 @@ def _put_entries(work, b, end, x, out):
 @compile_inline
 def _four_entries(work, b, of, columns, a, u, K, D, M):
     """Write the entries between four rows from place b on and four modes from a on, whose speeds begin at u."""
-    x0, y0, m0, s0, t0 = _products(of, columns[:, a])
-    x1, y1, m1, s1, t1 = _products(of, columns[:, a + 1])
-    x2, y2, m2, s2, t2 = _products(of, columns[:, a + 2])
-    x3, y3, m3, s3, t3 = _products(of, columns[:, a + 3])
+    x0, y0, m0, s0, t0 = _products(of, columns[a])
+    x1, y1, m1, s1, t1 = _products(of, columns[a + 1])
+    x2, y2, m2, s2, t2 = _products(of, columns[a + 2])
+    x3, y3, m3, s3, t3 = _products(of, columns[a + 3])
     r, c = work.order[b], u + a
     _put_rows4(K, c, r, (x0, x1, x2, x3))
     _put_rows4(D, c, r, (y0, y1, y2, y3))
@@ -258,7 +258,6 @@ def _to_parent(modes, model, data, work, i, K, D, M):
     arm = times(get9(data.links[link.parent].orientation), get3(data.links[i].arm))
     if modes is not None:
         if link.phi >= 0:
-            _add_modal_forces(model, work, i)
             _parent_modes(model, data, work, i, arm, K, D, M)
     _shift_rows(work.rows, frame.first, frame.end, arm)
     _shift_inertia(frame, parent, arm)
@@ -319,16 +318,17 @@ def _parent_modes(model, data, work, i, arm, K, D, M):
     link, frame = model.links[i], work.frames[i]
     p = link.parent
     n, uq = model.links[p].modes, model.links[p].uq
-    columns = work.modes.turns.columns[link.phi]
+    columns, each = work.modes.turns.columns[link.phi], work.modes.columns
+    _transpose(columns, each, n)
     for b in range(frame.first, frame.end, WIDTH):
         of = _rows(work.rows, b)
         a = 0
         if b + WIDTH <= frame.end and work.straight[b]:
             while a + WIDTH <= n:
-                _four_entries(work, b, of, columns, a, uq, K, D, M)
+                _four_entries(work, b, of, each, a, uq, K, D, M)
                 a += WIDTH
         while a < n:
-            _entries(work, b, frame.end, of, columns[:, a], uq + a, K, D, M)
+            _entries(work, b, frame.end, of, each[a], uq + a, K, D, M)
             a += 1
     base = get9(data.links[p].orientation)
     r = add3(free_position(model, p, link.interface), get3(work.modes.bends.p[link.phi]))
@@ -337,7 +337,8 @@ def _parent_modes(model, data, work, i, arm, K, D, M):
     f = get3(frame.wrench)
     t = add3(get_angular(frame.wrench), cross(rest, f))
     _own_rows(frame, columns, work.modes.own, n)
-    _mode_block(model, work, p, columns)
+    _mode_block(model, work, p)
+    _add_modal_forces(model, work, i)
     out = work.modes.bodies.by_q[model.links[p].slot, 6:]
     f_own, t_own = transposed_times(base, f), transposed_times(base, t)
     bends, turns = work.modes.bends, work.modes.turns
@@ -351,9 +352,26 @@ def _add_modal_forces(model, work, i):
     link, frame = model.links[i], work.frames[i]
     s = model.links[link.parent].slot
     for a in range(model.links[link.parent].modes):
-        J = take6(work.modes.turns.columns[link.phi, :, a], 0)
+        J = take6(work.modes.columns[a], 0)
         work.modes.bodies.force[s, 6 + a] += dot6(J, get6(frame.wrench))
         work.modes.bodies.size[s, a] += _absolute(J, get6(frame.size))
+
+
+@compile_inline
+def _transpose(columns, each, n):
+    """Write columns of modes (24, n) mode by mode: compiled code reads numbers that follow each other fast."""
+    for b in range(0, n, WIDTH):
+        for c in range(0, 24, WIDTH):
+            x = transposed_lanes(
+                get_lanes(columns[c], b),
+                get_lanes(columns[c + 1], b),
+                get_lanes(columns[c + 2], b),
+                get_lanes(columns[c + 3], b),
+            )
+            put_lanes(each[b], c, x[0])
+            put_lanes(each[b + 1], c, x[1])
+            put_lanes(each[b + 2], c, x[2])
+            put_lanes(each[b + 3], c, x[3])
 
 
 @compile_inline
@@ -374,14 +392,14 @@ def _own_rows(frame, columns, own, n):
 
 
 @compile_inline
-def _mode_block(model, work, p, columns):
+def _mode_block(model, work, p):
     """Add what the modes of link p feel of each other through a link that it carries."""
     own, bodies = work.modes.own, work.modes.bodies
     s, n = model.links[p].slot, model.links[p].modes
     for b in range(0, n, WIDTH):
         x, u, m = rows6(own, 0, b), rows6(own, 6, b), rows6(own, 12, b)
         for a in range(n):
-            J = take6(columns[:, a], 0)
+            J = take6(work.modes.columns[a], 0)
             put_lanes(bodies.by_q[s, 6 + a], b, get_lanes(bodies.by_q[s, 6 + a], b) + dot6(J, x))
             put_lanes(bodies.by_qd[s, 6 + a], b, get_lanes(bodies.by_qd[s, 6 + a], b) + dot6(J, u))
             put_lanes(bodies.by_qdd[s, a], b, get_lanes(bodies.by_qdd[s, a], b) + dot6(J, m))
