@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -92,7 +93,9 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
         say(f"linking the library for {platform}")
         with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
             objects = [_object(code, own, prefix, Path(folder)) for prefix in own.processors]
-            _link(own, objects, temporary)
+            made = Path(folder) / f"library{own.suffix}"
+            _link(own, objects, made)  # which may write an import library beside it
+            shutil.copy(made, temporary)
     return path
 
 
