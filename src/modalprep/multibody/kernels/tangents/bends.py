@@ -11,7 +11,9 @@ whose derivatives of third order are those of g and h.
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline
-from modalprep.compiler.lanes import WIDTH, add_lanes, four, get_lanes, put_lanes
+from modalprep.compiler.lanes import WIDTH, add_lanes, four, get_lanes, numbers, put_lanes, sum_lanes
+from modalprep.multibody.kernels.algebra.rows import put_rows3, rows3
+from modalprep.multibody.kernels.algebra.tuples import axpy3, scaled3
 from modalprep.multibody.kernels.modal_inertia import shortening, swing
 
 
@@ -25,19 +27,34 @@ def along_modes(x, f, n):
 
 
 @compile_inline
+def along_rates(x, q, qd, qdd, n):
+    """Return the products of a row with modal coordinates and their rates."""
+    z = four(0.0)
+    a, b, c = z, z, z
+    for k in range(0, n, WIDTH):
+        row = get_lanes(x, k)
+        a = a + row * get_lanes(q, k)
+        b = b + row * get_lanes(qd, k)
+        c = c + row * get_lanes(qdd, k)
+    found = numbers(sum_lanes(a, b, c, z))
+    return found[0], found[1], found[2]
+
+
+@compile_inline
 def second_order(bends, k, table, sign, count, q, qd, qdd, n):
     """Write ``D q``, ``D q'`` and ``D q''`` (count, n) of D, a sign times a table (n, count, n)."""
-    for c in range(count):
+    for c in range(0, count, 3):
         for b in range(0, n, WIDTH):
-            x, y, z = four(0.0), four(0.0), four(0.0)
+            z = four(0.0)
+            x, xd, xdd = (z, z, z), (z, z, z), (z, z, z)
             for j in range(n):
-                row = get_lanes(table[j, c], b)
-                x = x + q[j] * row
-                y = y + qd[j] * row
-                z = z + qdd[j] * row
-            put_lanes(bends.Dq[k, c], b, sign * x)
-            put_lanes(bends.Dqd[k, c], b, sign * y)
-            put_lanes(bends.Dqdd[k, c], b, sign * z)
+                row = rows3(table[j], c, b)
+                x = axpy3(x, q[j], row)
+                xd = axpy3(xd, qd[j], row)
+                xdd = axpy3(xdd, qdd[j], row)
+            put_rows3(bends.Dq[k], c, b, scaled3(sign, x))
+            put_rows3(bends.Dqd[k], c, b, scaled3(sign, xd))
+            put_rows3(bends.Dqdd[k], c, b, scaled3(sign, xdd))
 
 
 @compile_inline
@@ -48,9 +65,8 @@ def straight(bends, k, B, count, q, qd, qdd, n):
             put_lanes(bends.dp[k, c], b, get_lanes(B[c], b))
             put_lanes(bends.rate_q[k, c], b, four(0.0))
             put_lanes(bends.acceleration_q[k, c], b, four(0.0))
-        bends.p[k, c] = along_modes(B[c], q, n)
-        bends.rate[k, c] = along_modes(B[c], qd, n)
-        bends.acceleration[k, c] = along_modes(B[c], qdd, n)
+        x, xd, xdd = along_rates(B[c], q, qd, qdd, n)
+        bends.p[k, c], bends.rate[k, c], bends.acceleration[k, c] = x, xd, xdd
 
 
 @compile_inline
@@ -58,22 +74,18 @@ def bent(bends, k, B, strain, count, q, qd, qdd, n):
     """Write a displacement (count,) of second order and its derivatives, after `second_order`."""
     _strain_rows(bends, k, strain, count, n)
     tau_q, growth = bends.rows[k, 0], bends.rows[k, 1]
-    tau = 0.5 * along_modes(tau_q, q, n)
-    speed = along_modes(tau_q, qd, n)
-    pull = along_modes(tau_q, qdd, n)
+    tau, speed, pull = along_rates(tau_q, q, qd, qdd, n)
+    tau *= 0.5
     rising = along_modes(growth, qd, n)
     g, g1, g2 = shortening(tau)
     h, h1, h2 = swing(tau)
     bends.factors[k, 0], bends.factors[k, 1], bends.factors[k, 2] = g, h1, g1
     third = third_slopes(tau, g1, g2)
     for c in range(count):
-        x = along_modes(B[c], q, n)
-        xd = along_modes(B[c], qd, n)
-        xdd = along_modes(B[c], qdd, n)
+        x, xd, xdd = along_rates(B[c], q, qd, qdd, n)
         Dq = bends.Dq[k, c]
-        t = 0.5 * along_modes(Dq, q, n)
-        td = along_modes(Dq, qd, n)
-        tdd = along_modes(Dq, qdd, n)
+        t, td, tdd = along_rates(Dq, q, qd, qdd, n)
+        t *= 0.5
         bow = h2 * x + g2 * t
         along = h1 * x + g1 * t
         mixed = h1 * xd + g1 * td + speed * bow
