@@ -68,6 +68,20 @@ def test_numbers_that_parts_share(read):
     assert mp.Support(node=206).nodes(mesh, np.arange(11)).tolist() == [6]
 
 
+def test_a_part_that_repeats_another(read):
+    """Half of the bar, and the same once more at its end, is the whole bar."""
+    half = "".join(GRIDS[:6]) + "".join(BARS[:5]) + SECTION + "GRID,90,,0.,1.,0.\n"
+    there = RESIDUAL + "GRID,107,,6.,0.,0.\nGRID,190,,5.,1.,0.\n"
+    repeat = "SEBULK,1,PRIMARY\nSEBULK,2,REPEAT,1\nSELOC,2,1,2,90,6,107,190\n"
+    mesh = read("CEND\nBEGIN BULK\n" + there + repeat + "BEGIN SUPER=1\n" + half, name="repeat.dat")
+    root = {"root": mp.Interface(node=1, kind="node")}
+    ours, theirs = (mp.assemble(m, {}, root) for m in (mesh, read(WHOLE)))
+    assert ours.rigid.m == pytest.approx(theirs.rigid.m, rel=1e-12)
+    found = [mp.craig_bampton(m, modes=5, truncation=[]).frequency for m in (ours, theirs)]
+    np.testing.assert_allclose(*found, rtol=1e-9)
+    assert {"part1_pbar_1", "part2_pbar_1"} <= set(mesh.groups)
+
+
 def turned(x, y):
     """A place of part 1 where it was made: a quarter of a turn away, and elsewhere."""
     return 40.0 - y, x + 3.0
@@ -99,6 +113,9 @@ BAD = {
         parts(RESIDUAL + "SELOC,1,6,7,90,6,97,98\n", one=ONE + "GRID,90,,5.,1.,0.\n"),
         r"SELOC 1: grids \[6, 97, 98\] are not in the residual structure",
     ),
+    "a copy of none": (parts(RESIDUAL + "SEBULK,3,REPEAT,7\n"), "SEBULK 3: part 7, which it repeats, has no cards"),
+    "a copy with cards": (parts(RESIDUAL + "SEBULK,2,REPEAT,1\n"), "SEBULK 2: it has cards of its own"),
+    "a copy in place": (parts(RESIDUAL + "SEBULK,3,REPEAT,1\n"), "SEBULK 3: a copy of part 1 needs its place"),
     "moved by grids on a line": (parts("".join(GRIDS[5:8]) + "SELOC,1,6,7,8,6,7,8\n"), "lie on one line"),
     "external, number after a space": (
         "CEND\nBEGIN BULK\n" + RESIDUAL + "SEBULK,101,EXTOP4\nBEGIN SUPER      101\n" + ONE,

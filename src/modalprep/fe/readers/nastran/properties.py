@@ -186,6 +186,9 @@ def _plies(conversion: Conversion, card: Card) -> list[Ply]:
     return plies
 
 
+DAMPED = "; a body is damped by one ratio for each mode, or a system has the damper"
+
+
 def bush(conversion: Conversion, card: Card, location: float) -> Spring:
     """PBUSH: its K row."""
     k = [0.0] * 6
@@ -194,7 +197,7 @@ def bush(conversion: Conversion, card: Card, location: float) -> Spring:
         if kind == "K":
             k = [card.real(8 * row + 2 + i, f"K{i + 1}", 0.0) for i in range(6)]
         elif kind not in ("", "M") and any(values):
-            conversion.note(f"PBUSH: its {kind} row is left out")
+            conversion.note(f"PBUSH: its {kind} row is left out{DAMPED if kind in ('B', 'GE') else ''}")
     return spring(conversion, card, k, location)
 
 

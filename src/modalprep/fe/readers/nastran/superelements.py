@@ -50,24 +50,41 @@ def sections(cards: list[Any]) -> dict[int, list[Any]]:
 def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card], System], Mesh]) -> Mesh:
     """Return the mesh of the residual structure and of all parts, joined by SECONCT and where grids coincide.
 
-    SELOC puts a part where three of its grids lie on three of the residual structure. Groups and supports of part 2
+    SEBULK REPEAT makes a part like another one; SELOC puts a part where three of its grids lie on three of the residual
+    structure. Groups and supports of part 2
     begin with ``part2_``; `join_meshes` says which numbers the grids have.
     """
     own = {number: [card for card in cards if card.name not in OWN] for number, cards in parts.items()}
     listed = {number: cards for number, cards in own.items() if any(c.name == "GRID" for c in cards)}
-    meshes = {number: build(number, cards, BASIC) for number, cards in listed.items()}
     tables = [card for cards in parts.values() for card in cards if card.name in OWN]
+    listed |= _repeated(tables, listed)
+    meshes = {number: build(number, cards, BASIC) for number, cards in listed.items()}
     for card in (card for card in tables if card.name == "SELOC"):
         meshes[card.id] = build(card.id, listed.get(card.id, []), _moved(card, meshes))
     manual = set()
     for card in (card for card in tables if card.name == "SEBULK"):
-        if card.text(1) not in ("", "PRIMARY"):
+        if card.text(1) not in ("", "PRIMARY", "REPEAT"):
             raise card.error(f"a part of type {card.text(1)} is not read; {_instead(card)}")
         manual |= {card.id} if card.text(3) == "MANUAL" else set()
     same = [pair for card in tables if card.name == "SECONCT" for pair in _connected(card, meshes)]
     same += _coincident({number: mesh for number, mesh in meshes.items() if number not in manual})
     rows = {number: {int(grid): k for k, grid in enumerate(mesh.labels)} for number, mesh in meshes.items()}
     return join_meshes(meshes, [((a, rows[a][i]), (b, rows[b][j])) for (a, i), (b, j) in same])
+
+
+def _repeated(tables: list[Card], listed: dict[int, list[Card]]) -> dict[int, list[Card]]:
+    """Return the cards of parts that repeat others (SEBULK REPEAT), which SELOC puts elsewhere."""
+    placed = {card.id for card in tables if card.name == "SELOC"}
+    found = {}
+    for card in (card for card in tables if card.name == "SEBULK" and card.text(1) == "REPEAT"):
+        of = card.integer(2, "RSEID", lowest=1)
+        if of not in listed or card.id in listed:
+            what = f"part {of}, which it repeats, has no cards" if of not in listed else "it has cards of its own"
+            raise card.error(f"{what}; give the part that is repeated by BEGIN SUPER, and none for its copy")
+        if card.id not in placed:
+            raise card.error(f"a copy of part {of} needs its place; add SELOC")
+        found[card.id] = listed[of]
+    return found
 
 
 def _moved(card: Card, meshes: dict[int, Mesh]) -> System:
