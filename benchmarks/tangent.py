@@ -27,7 +27,7 @@ from chains import SMALL, arguments, chain, compiled, medians
 from peers_rigid import pinocchio_derivatives
 
 import modalprep as mp
-from modalprep.compiler.jit import compile_kernel
+from modalprep.compiler.jit import bound, compile_kernel
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import PLACE_STEP, SPEED_STEP, GivenAccelerations, SystemTangent
@@ -49,7 +49,7 @@ def in_motion(system: mp.System) -> tuple[Evaluator, np.ndarray]:
 
 
 @compile_kernel
-def sweeps(count, model, data, work, y, motion, udot, K, D, M, force, size):
+def sweeps(model, data, work, y, motion, udot, K, D, M, force, size, count):
     """Find the derivatives a number of times without returning to Python."""
     for _ in range(count):
         outward(model, data, y, motion)
@@ -64,7 +64,7 @@ def in_compiled_code(system: mp.System, udot: np.ndarray) -> Callable[[int], Non
     n = len(udot)
     K, D, M = (np.zeros((n, n)) for _ in range(3))
     given = model, data, pack(system).sweep(), y, motion, udot, K, D, M, np.zeros(n), np.zeros(n)
-    return lambda count: sweeps(count, *given)
+    return bound(sweeps, *given, rest=(int,))
 
 
 def differences(chart: Chart, udot: np.ndarray) -> Callable[[], object]:
