@@ -10,11 +10,13 @@ from typing import Protocol
 import numpy as np
 
 from modalprep.errors import InputError, SimulationError
+from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.implicit_rows import with_force_elements
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration import driver
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.result import output_times
 from modalprep.multibody.simulate import check_span
@@ -181,13 +183,25 @@ class Course:
         for k, each in enumerate(self.parameters):
             if isinstance(each, ModalStart):
                 found[each.row, k] = 1.0
-            elif self.given is None or self.system.closures:
+            elif not self._starts_alike(each):
                 beside = neighbours(self.system, each)
                 found[:, k] = beside.derivative([self._start(other) for other in beside.systems])
         return found
 
+    def _starts_alike(self, parameter: Parameter) -> bool:
+        """Whether runs start at the same state for all values of a parameter."""
+        if self.system.closures:
+            return False
+        return self.given is not None or (self._rests and parameter.is_linear)
+
+    @property
+    def _rests(self) -> bool:
+        return self.options.start == "rest"
+
     def _start(self, system: System) -> np.ndarray:
         """Return the state at which a run of a system starts (ny,)."""
+        if self._rests and not system.closures:
+            return start_state(pack(system))
         state = started(system, self.options.start, self.options.period)
         return self._prepared(system, state).steps.y[: self.ny].copy()
 

@@ -71,6 +71,7 @@ class Model:
         self.nx, self.nu = self.packed.nx, self.packed.nu
         self.layout = Layout(self.packed)
         self.loops = self.evaluator.loops
+        self._tree: Chart | None = None
         self.beside = []
         for k, each in enumerate(parameters):
             if not each.is_start or system.closures:
@@ -102,6 +103,15 @@ class Model:
         for evaluator in self.evaluators:
             evaluator.t = float(moment.t)
             evaluator.loading.enter(*moment.stretch)
+
+    def chart(self, y: np.ndarray) -> Chart:
+        """Return the independent coordinates near a state; without loops they are all, and one chart is used again."""
+        if self.loops is not None:
+            return Chart(self.evaluator, y)
+        if self._tree is None:
+            self._tree = Chart(self.evaluator, y)
+        self._tree.y = y
+        return self._tree
 
     def accelerations(self, y: np.ndarray, moment: Moment) -> np.ndarray:
         """Return the accelerations (nu,) of a state."""
@@ -154,7 +164,7 @@ class Local:
         self.model, self.y, self.moment = model, np.array(y), moment
         self.udot = model.accelerations(self.y, moment) if udot is None else udot
         model.at(moment)
-        chart = Chart(model.evaluator, self.y)
+        chart = model.chart(self.y)
         exact = SystemTangent(chart, self.udot)
         called = (0.0, 0.0) if exact.called is None else np.hsplit(exact.called[0], 2)
         self.M, self.D, self.K = exact.found.M, exact.found.D - called[1], exact.K

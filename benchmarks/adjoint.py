@@ -1,0 +1,93 @@
+"""What does the gradient of a run cost, over the run, and how far is it from differences of runs?
+
+    python benchmarks/adjoint.py [--quick]
+
+Chains of hinged bodies fall from rest for a tenth of a second, by the explicit method with fixed steps; the gradient is
+that of the last angle by eight numbers. Each time is the smallest of some repetitions, in one process. Then the systems
+of `tests/differentiated.py`, whose derivatives are compared with differences of runs. Prints tables, then one line of
+JSON:
+
+- `reverse_over_run`: the way back through the steps over the run alone, of ten bodies of ten modes (two of two modes
+  with --quick);
+- `gradient_over_differences`: the whole call of `gradient` over differences of sixteen runs, of the same chain;
+- `worst`: the largest relative error of any derivative of the systems, by the name of each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from chains import chain
+
+import modalprep as mp
+from modalprep.sensitivity import last
+from modalprep.sensitivity.parameters import find
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from differentiated import CASES, Case
+
+DURATION, STEP, COUNT = 0.1, 2e-3, 8
+
+
+def quickest(call: Callable[[], object], rounds: int) -> float:
+    """Return the smallest time of a call, s, after one that compiles."""
+    call()
+    found = []
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        call()
+        found.append(time.perf_counter() - begin)
+    return min(found)
+
+
+def cost(count: int, modes: int, rounds: int) -> dict[str, float]:
+    """Return the costs of a chain, and print them."""
+    system = chain(count, modes)
+    given = {"step": STEP, "rtol": 1e-6, "method": "explicit", "output_step": DURATION}
+    names = [f"j{k}.{what}" for k in range(count) for what in ("angle", "rate", "stiffness", "damping")][:COUNT]
+    goal = last(f"j{count - 1}.angle")
+    run = quickest(lambda: mp.simulate(system, DURATION, **given), rounds)
+    stats = [mp.gradient(system, goal, names, DURATION, **given).stats for _ in range(rounds + 1)]
+    back = min(float(each["reverse_seconds"]) for each in stats[1:])
+    whole = quickest(lambda: mp.gradient(system, goal, names, DURATION, **given), rounds)
+    found = {"reverse_over_run": back / run, "gradient_over_differences": whole / (2 * len(names) * run)}
+    print(f"{count:3d} bodies of {modes:2d} modes: {run * 1e3:9.1f} ms a run, " + ", ".join(
+        f"{name} {value:.3g}" for name, value in found.items()
+    ))  # fmt: skip
+    return found
+
+
+def worst(case: Case) -> float:
+    """Return the largest error of the derivatives, relative to that of the channel or a thousandth of its size."""
+    found, expected = case.forward(), case.differences()
+    sizes = np.array([each.step for each in find(case.system, case.parameters)])
+    least = 1e-3 * np.abs(found.values).max(axis=0) / sizes[:, None]
+    error = np.abs(found.derivatives - expected).max(axis=1)
+    return float((error / np.maximum(np.abs(expected).max(axis=1), least)).max())
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="short chains, few systems, one repetition")
+    quick = parser.parse_args().quick
+    warnings.simplefilter("ignore")
+    sizes = [(2, 2)] if quick else [(1, 0), (10, 0), (2, 2), (10, 10)]
+    costs = [cost(count, modes, 1 if quick else 3) for count, modes in sizes]
+    names = ["four bar", "bouncing rod"] if quick else list(CASES)
+    errors = {}
+    for name in names:
+        errors[name] = worst(CASES[name]())
+        print(f"{name:32s} {errors[name]:.1e}")
+    print(json.dumps(costs[-1] | {"worst": errors}))
+
+
+if __name__ == "__main__":
+    main()
