@@ -72,7 +72,9 @@ if TYPE_CHECKING:
     from modalprep.reduction.craig_bampton import craig_bampton as craig_bampton
     from modalprep.reduction.craig_bampton import guyan as guyan
     from modalprep.sensitivity.gradient import gradient as gradient
+    from modalprep.sensitivity.identification import identify as identify
     from modalprep.sensitivity.run_sensitivities import run_sensitivities as run_sensitivities
+    from modalprep.sensitivity.shooting import steer as steer
     from modalprep.verdicts.verdict import Requirement as Requirement
     from modalprep.verdicts.verdict import Verdict as Verdict
 else:  # type checkers would take any name

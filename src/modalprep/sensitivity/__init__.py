@@ -7,6 +7,7 @@ from modalprep.lazy import lazy
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
     from modalprep.sensitivity.gradient import Gradient as Gradient
+    from modalprep.sensitivity.identification import Identified as Identified
     from modalprep.sensitivity.objective import Objective as Objective
     from modalprep.sensitivity.objective import integral as integral
     from modalprep.sensitivity.objective import last as last
@@ -14,5 +15,6 @@ if TYPE_CHECKING:
     from modalprep.sensitivity.parameters import Parameter as Parameter
     from modalprep.sensitivity.parameters import changed as changed
     from modalprep.sensitivity.run_sensitivities import RunSensitivities as RunSensitivities
+    from modalprep.sensitivity.shooting import Steering as Steering
 else:  # type checkers would take any name
     __getattr__, __dir__, __all__ = lazy(__name__)
