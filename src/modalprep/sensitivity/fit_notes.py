@@ -13,6 +13,7 @@ ALIKE = 0.95  # correlation of two estimates, from which on it is told
 KNOWN = 1.0  # standard deviation over the estimate, from which on it is hardly one
 MISFIT = 3.0  # standard deviations of the mean square of white noise
 MEMORY = 4.0  # standard deviations of the correlation of neighbours in white noise
+FAINT = 0.1  # mean square of residuals in units of the noise, below which they are those of the integration
 LEAST = 20  # numbers of a channel, below which its residuals tell nothing
 
 
@@ -80,7 +81,7 @@ def _memory(residuals: dict[str, np.ndarray]) -> Iterator[str]:
     for name, column in residuals.items():
         pairs = np.isfinite(column[1:]) & np.isfinite(column[:-1])
         n = int(pairs.sum())
-        if n < LEAST:
+        if n < LEAST or np.nanmean(column**2) < FAINT:
             continue
         r = float(np.sum((column[1:] * column[:-1])[pairs]) / np.nansum(column**2))
         if r > MEMORY / np.sqrt(n):

@@ -26,7 +26,7 @@ from modalprep.verdicts.notes import told, with_warnings
 
 NOT_NEGATIVE = ("stiffness", "damping", "friction", "mode_stiffness", "mode_damping", "mass")
 ROUND_OFF = 1e-10  # singular value of the scaled Jacobian over the largest: no data beside it
-TOLERANCE = 1e-10  # of the search
+TOLERANCE = 1e-7  # of the search, relative: far below the deviation of any estimate from data
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

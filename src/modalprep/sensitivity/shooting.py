@@ -26,6 +26,7 @@ from modalprep.verdicts.notes import told, with_warnings
 
 MET = 1e-6  # what a target may be missed by, over what the drives make of it
 UNMOVED = 1e-9  # singular value of the targets by the drives over the largest
+STILL = 1e-10  # slope of a target by the drives over the largest of all: round-off
 RESTS = 1e-4  # change of the drives over the largest, at which the search ends: of the effort its square
 QUADRATIC = 1e-12  # of the linearised problem within bounds
 
@@ -257,7 +258,8 @@ class _Search:
         u = self._probe()
         J, missed = self.slopes(u), self.missed(u)
         rows = np.linalg.norm(J, axis=1)
-        self._refuse_unmoved(J / np.where(rows > 0, rows, 1.0)[:, None])
+        still = rows <= np.maximum(STILL * rows.max(), UNMOVED * np.abs(missed) / self.size)
+        self._refuse_unmoved(np.where(still, 0.0, J.T / np.maximum(rows, np.finfo(float).tiny)).T)
         self.scale = rows * self.size
         u = self._best(J, J @ u - missed, np.array([[-np.inf], [np.inf]]))
         self.size = float(np.abs(u).max(initial=0.0)) or self.size
