@@ -94,7 +94,13 @@ class Identified(Record):
         return html_table(repr(self), ["parameter", "estimate", "deviation", "from", "to"], [list(row) for row in rows])
 
     def __getitem__(self, parameter: str) -> float:
-        """Return the estimate of a parameter."""
+        """Return the estimate of a parameter.
+
+        Returns
+        -------
+        float
+            In the unit of the parameter.
+        """
         refuse_unknown(parameter, self.parameters, "Identified: parameter")
         return float(self.values[self.parameters.index(parameter)])
 
@@ -193,7 +199,8 @@ class _Search:
     def __init__(
         self, system: System, parameters: Sequence[Parameter], data: Measurement, options: Mapping[str, Any]
     ) -> None:
-        self.system, self.parameters, self.data, self.options = system, parameters, data, options
+        self.system, self.parameters = system, parameters
+        self.data, self.options = data, options
         self.count = 0
         self._at: tuple[float, ...] | None = None
 
@@ -210,7 +217,8 @@ class _Search:
         except SimulationError as error:
             told = ", ".join(f"{each.name} = {each.value:.6g}" for each in own)
             raise SimulationError(f"identify: no run with {told}: {error}; give narrower bounds") from None
-        self._at, self.found = tuple(x), found
+        self._at = tuple(x)
+        self.found = found
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Return measured minus simulated (nt, nc), NaN where nothing was measured."""

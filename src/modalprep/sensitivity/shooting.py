@@ -177,7 +177,8 @@ class _Search:
         time: np.ndarray,
         options: Options,
     ) -> None:
-        self.system, self.weights, self.targets, self.time = system, weights, targets, time
+        self.system, self.weights = system, weights
+        self.targets, self.time = targets, time
         self.options = options
         self.aim = np.array(list(targets.values()), dtype=float)
         self.size = 1.0  # of a drive
