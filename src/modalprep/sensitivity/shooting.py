@@ -135,16 +135,15 @@ def steer(
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc")
     >>> system = System(bodies={"disc": disc}, joints=(hinge,))
     >>> found = steer(system, ["hinge"], {"hinge.angle": 1.0, "hinge.rate": 0.0}, 1.0, points=3)
-    >>> found.drives["hinge"].round(6).tolist(), round(found.effort, 6)
+    >>> (found.drives["hinge"].round(6) + 0.0).tolist(), round(found.effort, 6)
     ([6.0, 0.0, -6.0], 12.0)
     """
     refuse_other("steer: the system", System, system)
     weights = dict(drives) if isinstance(drives, Mapping) else dict.fromkeys(drives, 1.0)
     _refuse(system, weights, targets, duration, points, largest or {})
-    options = Options(
-        duration=duration, times=[duration], method="explicit", step=step, rtol=rtol, atol=atol, start=start
-    )
-    search = _Search(system, weights, targets, np.linspace(0.0, duration, points), options)
+    time = np.linspace(0.0, duration, points)  # steps end at the bends of the drives
+    options = Options(duration=duration, times=time, method="explicit", step=step, rtol=rtol, atol=atol, start=start)
+    search = _Search(system, weights, targets, time, options)
     u = search.first()
     u = search.improved(u, _bounds(weights, largest or {}, points), most_runs)
     missed = np.abs(search.missed(u))
@@ -210,8 +209,9 @@ class _Search:
         course = Course(self.driven(u), (), self.options)
         changes = self._state_changes(course)
         slopes = ChannelSlopes(course.model, list(self.targets), self.options.duration, course.state)
-        self.values = slopes.observer.values(course.moments, course.states)[0]
-        self.by_drives = slopes.forward(course.moments, course.states, changes)[:, 0].T
+        end = course.moments[-1:], course.states[-1:]
+        self.values = slopes.observer.values(*end)[0]
+        self.by_drives = slopes.forward(*end, changes)[:, 0].T
         self.notes = notes_of(course, slopes)
         self._at = u.tobytes()
 
