@@ -93,6 +93,8 @@ class Tangent:
 
     @cached_property
     def _inverse(self) -> np.ndarray:
+        if not len(self.M):  # every coordinate is held by the closures; LAPACK refuses an empty matrix
+            return self.M
         upper = np.triu(dpotri(self._factor[0])[0])
         return upper + np.triu(upper, 1).T
 
