@@ -12,7 +12,7 @@ from size import some
 
 import modalprep as mp
 from modalprep.examples import beam_mesh
-from modalprep.linalg.pardiso import library
+from modalprep.linalg.onemkl import library
 
 TESTS = Path(__file__).parent.parent
 SECTION = {"A": 1e-4, "Iy": 1e-9, "Iz": 1e-9, "J": 2e-9}  # round: every frequency of bending comes twice
@@ -39,7 +39,7 @@ def processes():
     cores = ["Prescott", "Nehalem", "Haswell"] + ["SkylakeX"] * has_avx512()
     found = [("OPENBLAS_CORETYPE", core, "superlu") for core in cores]
     if library():
-        found += [("MKL_CBWR", branch, "pardiso") for branch in ("COMPATIBLE", "AVX2", "AUTO")]
+        found += [("MKL_CBWR", branch, "in_memory") for branch in ("COMPATIBLE", "AVX2", "AUTO")]
     return found
 
 
@@ -61,7 +61,7 @@ def test_reductions_in_one_process_are_the_same_to_the_last_bit(reduce, solver):
 @pytest.mark.parametrize(("asked", "mode"), [(None, 2), ("COMPATIBLE", 3)])
 def test_reproducible_sums_are_asked_of_the_library_unless_the_user_asks_otherwise(asked, mode):
     """The numbers are oneMKL's MKL_CBWR_AUTO and MKL_CBWR_COMPATIBLE; 1, no reproducibility, is its default."""
-    code = "from modalprep.linalg.pardiso import library\nprint(library().MKL_CBWR_Get(-1))"
+    code = "from modalprep.linalg.onemkl import library\nprint(library().MKL_CBWR_Get(-1))"
     assert int(by_process(code, **({} if asked is None else {"MKL_CBWR": asked}))) == mode
 
 

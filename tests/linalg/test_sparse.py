@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, random_array
 
-from modalprep.linalg.pardiso import library
+from modalprep.linalg.onemkl import library
 from modalprep.linalg.sparse import times
 
 A = random_array((60, 40), density=0.1, format="csr", rng=np.random.default_rng(0))

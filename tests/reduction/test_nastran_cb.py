@@ -22,6 +22,7 @@ import shared_data
 from scipy.sparse import coo_array
 
 import modalprep as mp
+from modalprep.linalg.bordered import Bordered
 from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.clamped import clamp
 from modalprep.reduction.truncation import truncation_vectors
@@ -131,7 +132,7 @@ def frame_mass(model, **terms):
 
 def with_mass(held, M):
     M = (held.model.C.T @ M @ held.model.C).tocsr()
-    return replace(held, M=M, M_ii=M[held.i][:, held.i].tocsr())
+    return replace(held, M=Bordered(M[held.i][:, held.i].tocsr(), M[held.b].tocsr(), held.b, held.i))
 
 
 def applied_loads(model):

@@ -18,7 +18,7 @@ from scipy.linalg import LinAlgError
 from scipy.linalg import eigh as scipy_eigh
 from threadpoolctl import ThreadpoolController
 
-from modalprep.linalg.pardiso import address, library
+from modalprep.linalg.onemkl import address, library
 
 BY_COLUMNS = 102  # LAPACKE's name of Fortran's order
 NARROW, ROWS = 16, 20_000  # columns and rows of pieces that stay in the cache: the library packs the whole of A instead

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol
+from typing import Protocol, get_args
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import splu
 
 from modalprep.errors import AccuracyError, InputError, NotInstalledError
-from modalprep.linalg.memory import BUDGET, available_memory
-from modalprep.linalg.mixed import MixedFactor
-from modalprep.linalg.pardiso import PardisoFactor, equilibrium, library
+from modalprep.linalg.congruent import Congruent, stored
+from modalprep.linalg.forecast import TooLarge, no_room
+from modalprep.linalg.mixed import IllConditioned, MixedFactor
+from modalprep.linalg.onemkl import library
+from modalprep.linalg.pardiso import LackOfMemory, PardisoFactor, equilibrium
+from modalprep.linalg.solvers import Solver
 
 RESIDUAL = 1e-6  # of a solution, over the right-hand side: below it the signs of a factor without exchanges are trusted
 ROUND_OFF = 10 * np.finfo(float).eps  # of a solution, all equations scaled to unit diagonal: what its residual may be
@@ -38,6 +41,10 @@ class Factor(Protocol):
         """
         ...
 
+    def release(self) -> None:
+        """Free what can be computed again, as the next solution does."""
+        ...
+
 
 class SuperLUFactor:
     """``A = L U`` by SciPy's SuperLU with its options for symmetric matrices.
@@ -46,8 +53,8 @@ class SuperLUFactor:
     until their residual is round-off (Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 12.2).
     """
 
-    def __init__(self, A: csr_array) -> None:
-        self._A = csc_array(A)
+    def __init__(self, A: csr_array | Congruent) -> None:
+        self._A = csc_array(stored(A))
         self._scale = equilibrium(A)
         self._lu = _splu(self._A, 0.01)
 
@@ -68,6 +75,9 @@ class SuperLUFactor:
                 break
             X += self._lu.solve(residual)
         return X
+
+    def release(self) -> None:
+        """Keep the factor: it fits into the memory."""
 
     @staticmethod
     def _size(X: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -94,18 +104,20 @@ def _without_exchanges(A: csc_array):
     return lu if residual <= RESIDUAL * np.linalg.norm(b) else None
 
 
-def factorise(A: csr_array, solver: str = "auto", definite: bool = True, order: np.ndarray | None = None) -> Factor:
+def factorise(
+    A: csr_array | Congruent, solver: str = "auto", definite: bool = True, order: np.ndarray | None = None
+) -> Factor:
     """Factorise a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
     ----------
     A : csr
         Both triangles stored.
-    solver : {"auto", "pardiso", "superlu"}
-        ``auto`` takes PARDISO where it is installed.
+    solver : {"auto", "in_memory", "single", "superlu"}
+        ``in_memory`` (double precision) and ``single`` (`MixedFactor`) are PARDISO's; ``auto`` takes the first of them
+        that fits, and SuperLU where PARDISO is not installed.
     definite : bool
-        Whether A is positive definite: then a factor in single precision serves where one in double precision does
-        not fit into the memory (`MixedFactor`).
+        Whether A is positive definite, as `MixedFactor` needs it.
     order : (n,) int32
         `PardisoFactor.order` of a matrix of about the same pattern.
 
@@ -135,22 +147,30 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True, order: 
     >>> factorise(A).solve(np.array([1.0, 1.0]))
     array([1., 1.])
     """
-    if solver == "pardiso" and library() is None:
+    if solver not in get_args(Solver):
+        raise InputError(f"solver {solver!r} does not exist; known are {', '.join(get_args(Solver))}")
+    if solver not in ("auto", "superlu") and library() is None:
         raise NotInstalledError("PARDISO is not installed here: pip install 'modalprep[fast]', or take solver = 'auto'")
-    in_order = partial(PardisoFactor, order=order)
-    kinds: list[Callable[[csr_array], Factor]] = [in_order, MixedFactor] if definite else [in_order]
     if solver == "superlu" or library() is None:
-        kinds = [SuperLUFactor]
-    needed = 0.0
+        kinds: list[Callable[..., Factor]] = [SuperLUFactor]
+    elif solver in KINDS:
+        kinds = [partial(KINDS[solver], order=order)]
+    else:
+        kinds = [partial(kind, order=order) for name, kind in KINDS.items() if definite or name != "single"]
+    missing = []
     for kind in kinds:
         try:
             return kind(A)
-        except MemoryError as error:
-            needed = error.args[0] if error.args else 0.0
+        except (TooLarge, LackOfMemory, IllConditioned) as error:
+            missing.append(str(error))
+        except InputError:
+            raise
         except (RuntimeError, ValueError) as error:
             raise AccuracyError(f"the {A.shape[0]} x {A.shape[0]} matrix is singular: {error}") from error
-    raise InputError(
-        f"the factor of the {A.shape[0]} x {A.shape[0]} matrix needs {needed / 2**30:.2g} GiB of memory and "
-        f"{available_memory() / 2**30:.2g} GiB may be used: take a coarser mesh, split the model into components, "
-        f"or raise {BUDGET}"
-    )
+    raise no_room(A.shape[0], ", ".join(missing))
+
+
+KINDS: dict[str, Callable[..., Factor]] = {
+    "in_memory": PardisoFactor,
+    "single": MixedFactor,
+}  # in the order in which they are tried

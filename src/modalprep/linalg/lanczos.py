@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
 from modalprep.linalg.blas import deduct, eigh, inner, product
 from modalprep.linalg.factor import Factor
-from modalprep.linalg.sparse import times
+from modalprep.linalg.sparse import Matrix, times
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
 DEPENDENT = 1e-14  # squared norm that is left of a new vector, over the largest of its block
@@ -36,7 +35,7 @@ class Krylov:
         Columns that the basis may have.
     """
 
-    M: csr_array
+    M: Matrix
     capacity: int
     size: int = 0
     V: np.ndarray = field(init=False)
@@ -109,7 +108,7 @@ class Krylov:
 
 
 def _orthonormal(
-    W: np.ndarray, M: csr_array, before: np.ndarray, out: np.ndarray | None = None
+    W: np.ndarray, M: Matrix, before: np.ndarray, out: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return an M-orthonormal basis Q of W, in `out` where it is given, ``M Q`` and ``Q^T M W``.
 
@@ -128,7 +127,7 @@ def _orthonormal(
 
 def block_lanczos(
     factor: Factor,
-    M: csr_array,
+    M: Matrix,
     n: int,
     *,
     shift: float,

@@ -6,6 +6,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
+from modalprep.linalg.congruent import Congruent
+from modalprep.linalg.forecast import Forecast
 from modalprep.linalg.pardiso import PardisoFactor, equilibrium
 
 RESIDUAL = 1e-13  # of the right-hand side, all equations scaled to unit diagonal
@@ -13,26 +15,50 @@ STAGNANT = 1e-7  # what very different stiffnesses may leave; more is refused
 STEPS = 60
 
 
+class IllConditioned(AccuracyError):
+    """A factor in single precision does not lead to a solution; its text follows "the factor of the matrix"."""
+
+
 class MixedFactor:
     """Solves with a positive definite matrix whose double-precision factor is too large for the memory.
 
     Preconditioned conjugate gradients (Saad, Iterative Methods for Sparse Linear Systems, 2003, algorithm 9.1), all
     right-hand sides at once. `negative` is None: single precision does not count eigenvalues.
+
+    Raises
+    ------
+    IllConditioned
+        When it does not solve for a trial right-hand side.
     """
 
     negative: int | None = None
 
-    def __init__(self, A: csr_array) -> None:
+    def __init__(self, A: csr_array | Congruent, order: np.ndarray | None = None) -> None:
         self._A = A
         self._scale = equilibrium(A)[:, None]
-        self._single = PardisoFactor(A, np.float32)
+        self._single = PardisoFactor(A, np.float32, order)
+        self.solve(np.random.default_rng(0).standard_normal(A.shape[0]))  # says whether it is accurate enough
+
+    @property
+    def forecast(self) -> Forecast:
+        """What the factor was to need."""
+        return self._single.forecast
+
+    @property
+    def order(self) -> np.ndarray:
+        """Of elimination (n,)."""
+        return self._single.order
+
+    def release(self) -> None:
+        """Free the memory of the factor; the next solution computes it again."""
+        self._single.release()
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``.
 
         Raises
         ------
-        AccuracyError
+        IllConditioned
             When it does not converge.
         """
         columns = B[:, None] if B.ndim == 1 else B
@@ -59,8 +85,5 @@ class MixedFactor:
             R[:, k] -= AP * step
             left[k] = np.linalg.norm(R[:, k], axis=0) / size[k]
         if not np.all(left <= STAGNANT):
-            raise AccuracyError(
-                f"the model is too large for the memory in double precision, and too ill-conditioned for single "
-                f"(residual {left.max():.1e}): use a machine with more memory, or a coarser mesh"
-            )
+            raise IllConditioned(f"is too ill-conditioned for single precision (residual {left.max():.1e})")
         return X

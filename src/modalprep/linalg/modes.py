@@ -11,10 +11,11 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.blas import inner, one_numpy_thread, product, share_threads
+from modalprep.linalg.congruent import Congruent, shifted, stored
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
-from modalprep.linalg.pardiso import equilibrium
+from modalprep.linalg.pardiso import PardisoFactor, equilibrium
 from modalprep.linalg.sparse import times
 from modalprep.linalg.unique import made_unique
 
@@ -52,7 +53,13 @@ class Modes(NamedTuple):
 
 @one_numpy_thread(beside_mkl=True)
 def lowest_modes(
-    K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
+    K: csr_array | Congruent,
+    M: csr_array | Congruent,
+    n: int,
+    *,
+    factor: Factor | None = None,
+    shift: float = 0.0,
+    solver: str = "auto",
 ) -> Modes:
     """Return the n lowest modes.
 
@@ -69,7 +76,8 @@ def lowest_modes(
         Of ``K - shift M`` when it exists already.
     shift : float
         (rad/s)^2; negative for a body with rigid motions, whose K is singular.
-    solver : {"auto", "pardiso", "superlu"}
+    solver : {"auto", "in_memory", "single", "superlu"}
+        As `factorise` takes it.
 
     Returns
     -------
@@ -98,10 +106,10 @@ def lowest_modes(
     if n == 0:
         return Modes(np.zeros(0), np.zeros((size, 0)), "")
     if size <= DENSE or n > size // 3:
-        w2, phi = _verified(K, M, *_dense(K.toarray(), M.toarray(), n, shift))
+        w2, phi = _verified(K, M, *_dense(stored(K).toarray(), stored(M).toarray(), n, shift))
         counted = "a dense solver leaves none out"
     else:
-        factor = factor or factorise((K - shift * M).tocsr(), solver)
+        factor = factor or factorise(shifted(K, M, shift), solver)
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
     if phi.base is not None and phi.base.size > phi.size:  # a part of a basis
         phi = phi.copy(order="K")
@@ -109,12 +117,13 @@ def lowest_modes(
 
 
 def count_below(
-    K: csr_array, M: csr_array, w2: float, solver: str = "auto", order: np.ndarray | None = None
+    K: csr_array | Congruent, M: csr_array | Congruent, w2: float, solver: str = "auto", order: np.ndarray | None = None
 ) -> int | None:
     """Return how many eigenvalues of ``K phi = w^2 M phi`` lie below `w2`, by Sylvester's law of inertia.
 
     None where the factorisation does not tell (SuperLU, where it is inaccurate without exchanges of rows) or does not
-    fit into the memory. `order (n,)` is the order of elimination of another shift.
+    fit into the memory: a factor in single precision does not count. `order (n,)` is the order of elimination of
+    another shift.
 
     Examples
     --------
@@ -123,12 +132,15 @@ def count_below(
     2
     """
     try:
-        return factorise((K - w2 * M).tocsr(), solver, definite=False, order=order).negative
+        how = "auto" if solver == "single" else solver
+        return factorise(shifted(K, M, w2), how, definite=False, order=order).negative
     except InputError:
         return None
 
 
-def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, solver: str) -> tuple:
+def _counted(
+    K: csr_array | Congruent, M: csr_array | Congruent, n: int, factor: Factor, shift: float, solver: str
+) -> tuple:
     """Lanczos, and once more from another start when modes are missing.
 
     The count is just below the highest mode, whose own repetitions may be cut off.
@@ -139,9 +151,7 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
         known = w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known), factor)
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found = int(np.sum(w2 < cut))
-        exist = None
-        if not isinstance(factor, MixedFactor):  # a second factor would not fit into the memory
-            exist = count_below(K, M, cut, solver, getattr(factor, "order", None))
+        exist = _exist(K, M, cut, factor, solver)
         if exist is None or exist == found:
             return w2, phi, "" if exist is None else "counted by the inertia of K - w^2 M"
         if again:
@@ -151,7 +161,16 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
             )
 
 
-def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, factor: Factor | None = None) -> tuple:
+def _exist(K: csr_array | Congruent, M: csr_array | Congruent, cut: float, factor: Factor, solver: str) -> int | None:
+    """Return how many modes there are, counted by a second factor, for which the first makes room where it must."""
+    if isinstance(factor, MixedFactor) or (isinstance(factor, PardisoFactor) and not factor.fits_twice()):
+        factor.release()
+    return count_below(K, M, cut, solver, getattr(factor, "order", None))
+
+
+def _verified(
+    K: csr_array | Congruent, M: csr_array | Congruent, w2: np.ndarray, phi: np.ndarray, factor: Factor | None = None
+) -> tuple:
     """Return modes that satisfy the equation to round-off where the factor allows it, or raise AccuracyError.
 
     Rigid motions, stiff parts and factors of few digits cost Lanczos digits: subspace iteration on the factor returns
@@ -202,14 +221,16 @@ def _with_upper_modes(K: np.ndarray, M: np.ndarray, w2: np.ndarray, phi: np.ndar
     return w2, phi @ np.linalg.inv(np.linalg.cholesky(phi.T @ M @ phi)).T
 
 
-def _ritz(K: csr_array, M: csr_array, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _ritz(K: csr_array | Congruent, M: csr_array | Congruent, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh-Ritz on the space of X."""
     X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
     w2, Y = eigh(X.T @ (K @ X), X.T @ (M @ X))
     return w2, X @ Y
 
 
-def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple[float, int, float]:
+def _worst(
+    K: csr_array | Congruent, M: csr_array | Congruent, w2: np.ndarray, phi: np.ndarray
+) -> tuple[float, int, float]:
     """Return the largest residual over what is allowed, its mode, and the largest error of orthonormality.
 
     Forces and moments count by their own stiffness.
@@ -242,13 +263,15 @@ def _gram_error(M: csr_array, phi: np.ndarray, part: slice) -> float:
     return float(np.abs(inner(before, times(M, phi[:, part])) - np.eye(before.shape[1])[:, part]).max())
 
 
-def _ratios(K: csr_array, M: csr_array, scale: np.ndarray, w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
+def _ratios(
+    K: csr_array | Congruent, M: csr_array | Congruent, scale: np.ndarray, w2: np.ndarray, phi: np.ndarray
+) -> np.ndarray:
     """Return the residuals of some modes over what is allowed."""
     phi = np.ascontiguousarray(phi)
     inertial = scale * w2 * times(M, phi)
     residual = np.linalg.norm(scale * times(K, phi) - inertial, axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0)
     if not np.all(residual < allowed):
-        size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
+        size = abs(stored(K))
         allowed += ROUND_OFF * np.linalg.norm(scale * (size @ np.abs(phi)), axis=0)
     return residual / allowed

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import eigh, solve_triangular
-from scipy.sparse import csr_array
 
 from modalprep.linalg.blas import inner, product, subtract
-from modalprep.linalg.sparse import times
+from modalprep.linalg.sparse import Matrix, times
 
 DEPENDENT = 1e-12  # share of strain energy that a combination of unit vectors must add to count as a direction
 SOFT = 1e-6  # 1/w^2 over that of the softest: what one diagonalisation finds with ten digits
@@ -16,8 +15,8 @@ MASSLESS = 1e-24  # 1/w^2 over that of the softest: a direction without mass, le
 
 def ritz(
     W: np.ndarray,
-    K: csr_array,
-    M: csr_array,
+    K: Matrix,
+    M: Matrix,
     rigid: np.ndarray | None = None,
     products: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -76,7 +75,7 @@ def _flexibility(KK: np.ndarray, MM: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return flexibility[::-1], Z @ Y[:, ::-1]
 
 
-def _orthonormal(X: np.ndarray, M: csr_array) -> np.ndarray:
+def _orthonormal(X: np.ndarray, M: Matrix) -> np.ndarray:
     """Remove the last round-off, from the softest on, so that soft vectors hardly change."""
     if X.shape[1] == 0:
         return X

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ctypes import Structure, byref, c_double, c_int, c_int32, c_void_p
+from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.pardiso import address, library
+from modalprep.linalg.onemkl import address, library
 
 AS_STORED, ZERO_BASED, GENERAL, BY_ROWS = 10, 0, 20, 101  # the library's names
 LEAST = 4  # columns: fewer take less time than to call the library
@@ -20,7 +21,24 @@ class _Kind(Structure):
     _fields_ = (("kind", c_int), ("triangle", c_int), ("diagonal", c_int))
 
 
-def times(A: csr_array, X: np.ndarray) -> np.ndarray:
+class Matrix(Protocol):
+    """What can be multiplied with columns: a sparse matrix, or one that is not stored in one piece."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        ...
+
+    def diagonal(self) -> np.ndarray:
+        """Return the diagonal."""
+        ...
+
+    def __matmul__(self, X: np.ndarray, /) -> np.ndarray:
+        """Return the product."""
+        ...
+
+
+def times(A: Matrix, X: np.ndarray) -> np.ndarray:
     """Return ``A X (m, k)``, stored by rows, of ``A (m, n)`` and ``X (n, k)``.
 
     Raises
@@ -33,6 +51,10 @@ def times(A: csr_array, X: np.ndarray) -> np.ndarray:
     >>> times(csr_array(np.diag([1.0, 2.0])), np.ones((2, 5)))[:, 0]
     array([1., 2.])
     """
+    return _product(A, X) if isinstance(A, csr_array) else np.ascontiguousarray(A @ X)
+
+
+def _product(A: csr_array, X: np.ndarray) -> np.ndarray:
     mkl = library()
     if mkl is None or X.shape[1] < LEAST or not _readable(A, X):
         return np.ascontiguousarray(A @ X)
@@ -58,4 +80,4 @@ def times(A: csr_array, X: np.ndarray) -> np.ndarray:
 def _readable(A: csr_array, X: np.ndarray) -> bool:
     """Whether the library may read the arrays as they are; it would take integers of 64 bits for others."""
     integers = A.indices.dtype == A.indptr.dtype == np.int32
-    return bool(integers and A.format == "csr" and A.nnz and X.size and A.dtype == X.dtype == np.float64)
+    return bool(integers and A.nnz and X.size and A.dtype == X.dtype == np.float64)

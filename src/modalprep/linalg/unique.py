@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
+
+from modalprep.linalg.sparse import Matrix
 
 REPEATED = 1e-8  # of w^2: modes of one root; static responses, of which bases consist, split them by 1e-9
 ROUND_OFF = 2 * np.finfo(float).eps  # of the strain energy of K's diagonal alone: what splits them where K is stiff
 TIE = 1e-6  # of the largest entry
 
 
-def unique_modes(w2: np.ndarray, phi: np.ndarray, K: csr_array | np.ndarray) -> np.ndarray:
+def unique_modes(w2: np.ndarray, phi: np.ndarray, K: Matrix | np.ndarray) -> np.ndarray:
     """Return modes ``(n_dof, n)`` that do not depend on how they were found.
 
     Within a repeated root any rotation of the vectors is as good: the first is the one that moves most in the DOF in
@@ -35,7 +36,7 @@ def unique_modes(w2: np.ndarray, phi: np.ndarray, K: csr_array | np.ndarray) -> 
     return made_unique(w2, phi.copy(order="K"), K)
 
 
-def made_unique(w2: np.ndarray, phi: np.ndarray, K: csr_array | np.ndarray) -> np.ndarray:
+def made_unique(w2: np.ndarray, phi: np.ndarray, K: Matrix | np.ndarray) -> np.ndarray:
     """Return `unique_modes` in place of phi.
 
     Examples
@@ -55,7 +56,7 @@ def made_unique(w2: np.ndarray, phi: np.ndarray, K: csr_array | np.ndarray) -> n
     return phi
 
 
-def _round_off(phi: np.ndarray, K: csr_array | np.ndarray) -> np.ndarray:
+def _round_off(phi: np.ndarray, K: Matrix | np.ndarray) -> np.ndarray:
     """Return about the round-off (n,) of w^2: each entry of K by itself has an energy far above that of the mode."""
     return ROUND_OFF * np.einsum("i,ij,ij->j", np.abs(K.diagonal()), phi, phi)
 

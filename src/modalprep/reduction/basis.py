@@ -14,7 +14,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import eigh, inner, product
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.sparse import times
-from modalprep.linalg.unique import unique_modes
+from modalprep.linalg.unique import made_unique
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
@@ -121,11 +121,17 @@ def reduced(
     truncation vectors, which are M-orthonormal.
     """
     model = clamped.model
+    loads = clamped.unit_loads
+    loads[:, 12:18] = 0.0  # the root is clamped
+    answers = _responses(clamped, W)
+    if not clamped.mechanisms.shape[1]:  # whose responses need it
+        clamped.factor.release()
+    static = times(model.C, clamped.static_free(model.C.T @ loads, clamped.unit_answers))
+    clamped.factor.release()
     products = times(clamped.K, W), times(clamped.M, W)
     w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid, products)
-    loads = clamped.unit_loads.copy()
-    loads[:, 12:18] = 0.0  # the root is clamped
-    modes = unique_modes(w2, span, clamped.K)
+    modes = made_unique(w2, span, clamped.K)
+    inertial = product(answers, _combination(clamped, W, products[1], modes))
     if spans is not None:
         inside = {name: inner(modes, times(clamped.M, getattr(spans, name))) for name in ("modes", "others", "answers")}
         spans = spans._replace(**inside)
@@ -133,8 +139,8 @@ def reduced(
         basis=times(model.C, modes),
         frequency=np.sqrt(w2) / (2 * np.pi),
         loads=loads,
-        static=times(model.C, clamped.static_free(model.C.T @ loads, clamped.unit_answers[1])),
-        inertial=times(model.C, _inertial(clamped, W, *products, modes)),
+        static=static,
+        inertial=times(model.C, inertial),
         table=table,
         method=method,
         notes=(*notes, *_mechanism_note(clamped)),
@@ -143,16 +149,9 @@ def reduced(
     )
 
 
-def _inertial(
-    clamped: Clamped, W: np.ndarray, strain: np.ndarray, inertia: np.ndarray, modes: np.ndarray
-) -> np.ndarray:
-    """Return the static responses ``(n_free, n)`` to ``M modes``, from those of the span W of the modes and mechanisms.
-
-    `strain` and `inertia` are K W and M W. The response to a fixed-interface mode is the mode itself over w^2, apart
-    from the reactions of the interfaces.
-    """
+def _combination(clamped: Clamped, W: np.ndarray, inertia: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Return the combinations ``(k, n)`` of the inertia ``M W`` that are ``M modes``, apart from that of mechanisms."""
     loose = clamped.mechanisms
-    x = _responses(clamped, W, strain, inertia)
     span, force = W, inertia
     if loose.shape[1]:
         span = np.hstack([W, loose])
@@ -163,22 +162,32 @@ def _inertial(
     share, Y = eigh(mass * scale * scale[:, None])
     new = share > DEPENDENT * share.max(initial=0.0)
     Y = scale[:, None] * Y[:, new]
-    return product(x, (Y / share[new] @ (Y.T @ inner(force, modes)))[: x.shape[1]])
+    return (Y / share[new] @ (Y.T @ inner(force, modes)))[: W.shape[1]]
 
 
-def _responses(clamped: Clamped, W: np.ndarray, strain: np.ndarray, inertia: np.ndarray) -> np.ndarray:
-    """Return the static responses to ``inertia (n_free, k)`` of vectors W; zero for those without mass."""
-    energy, mass = (np.einsum("ij,ij->j", W, force) for force in (strain, inertia))
+def _responses(clamped: Clamped, W: np.ndarray) -> np.ndarray:
+    """Return the static responses ``(n_free, k)`` to the inertia ``M W``; zero for vectors without mass.
+
+    The response to a fixed-interface mode is the mode itself over w^2, apart from the reactions of the interfaces.
+    """
+    x = np.empty(W.shape)
+    for columns in clamped.at_once(W.shape[1]):
+        x[:, columns] = _few_responses(clamped, W[:, columns])
+    return x
+
+
+def _few_responses(clamped: Clamped, W: np.ndarray) -> np.ndarray:
+    """Return `_responses` of some vectors."""
+    left, inertia = times(clamped.K, W), times(clamped.M, W)
+    energy, mass = (np.einsum("ij,ij->j", W, force) for force in (left, inertia))
     flexibility = np.divide(mass, energy, out=np.zeros_like(energy), where=energy > 0)
-    left = strain * -flexibility
+    left *= -flexibility
     left += inertia
     left[clamped.b[:6]] = 0.0
     reaction = left[clamped.b]
     left[:, _inside(left, clamped) <= EIGEN * _inside(inertia, clamped)] = 0.0
     left[clamped.b] = reaction
-    x = clamped.static_free(left)
-    x += W * flexibility
-    return x
+    return clamped.static_free(left) + W * flexibility
 
 
 def _inside(x: np.ndarray, clamped: Clamped) -> np.ndarray:

@@ -13,9 +13,15 @@ from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import inner, product
+from modalprep.linalg.bordered import Bordered
+from modalprep.linalg.congruent import Congruent, stored
 from modalprep.linalg.factor import Factor
+from modalprep.linalg.memory import reserved
 from modalprep.linalg.sparse import times
 
+TWICE = 1_000_000  # unknowns from which the interior matrices are not stored beside those of the model
+BYTES = 2e8  # of right-hand sides and their solutions at a time
+LEAST = 8  # of them, as a solution reads the whole factor
 FREE = 1e-11  # stiffness of an interface direction over that of its DOFs alone: mechanisms have 1e-16 to 2e-12
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
 
@@ -26,42 +32,64 @@ class Clamped:
 
     Attributes
     ----------
-    K, M : (n_free, n_free) csr
-    b : (n_b,) int
-        Positions among the independent DOFs.
-    i : slice or (n_i,) int
-        Positions of all others: a slice where they follow each other, which selects without a copy.
-    K_ii, M_ii : csr
+    K, M : Bordered
+        ``(n_free, n_free)``.
     factor : Factor
         Of ``K_ii``.
     """
 
     model: FEModel
-    K: csr_array
-    M: csr_array
-    b: np.ndarray
-    i: slice | np.ndarray
-    K_ii: csr_array
-    M_ii: csr_array
+    K: Bordered
+    M: Bordered
     factor: Factor
 
+    @property
+    def b(self) -> np.ndarray:
+        """Positions (n_b,) among the independent DOFs."""
+        return self.K.b
+
+    @property
+    def i(self) -> slice | np.ndarray:
+        """Positions of all others: a slice where they follow each other, which selects without a copy."""
+        return self.K.i
+
+    @property
+    def K_ii(self) -> csr_array | Congruent:
+        """Interior stiffness (n_i, n_i)."""
+        return self.K.inside
+
+    @property
+    def M_ii(self) -> csr_array | Congruent:
+        """Interior mass (n_i, n_i)."""
+        return self.M.inside
+
     @cached_property
-    def _solved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Constraint modes, and the unit loads on the interior DOFs with the answers to them; all in one solution."""
-        from_b = self.K[self.b][:, self.i].toarray().T
-        inside = (self.model.C.T @ self.unit_loads)[self.i]
-        x = self.interior_response(np.hstack([from_b, inside]))
-        return -x[:, : len(self.b)], inside, x[:, len(self.b) :]
+    def _solved(self) -> np.ndarray:
+        """Constraint modes, and the answers to the unit loads on the interior DOFs; all in one solution."""
+        x = np.hstack([-self.K.coupling.toarray().T, self.inside_loads])
+        for columns in self.at_once(x.shape[1]):
+            x[:, columns] = self.interior_response(x[:, columns])
+        return x
+
+    def at_once(self, n: int) -> list[slice]:
+        """Return slices that cover n columns, which are solved for at once: a solution needs memory for each."""
+        step = max(LEAST, int(BYTES / (8 * self.K.shape[0])))
+        return [slice(k, min(k + step, n)) for k in range(0, n, step)]
+
+    @property
+    def inside_loads(self) -> np.ndarray:
+        """`unit_loads` on the interior DOFs, ``(n_i, 12 + 6 n_if)``."""
+        return (self.model.C.T @ self.unit_loads)[self.i]
 
     @property
     def Psi(self) -> np.ndarray:
         """Constraint modes ``-K_ii^-1 K_ib (n_i, n_b)``."""
-        return self._solved[0]
+        return self._solved[:, : len(self.b)]
 
     @property
-    def unit_answers(self) -> tuple[np.ndarray, np.ndarray]:
-        """`unit_loads` on the interior DOFs and `held` displacements under them, both ``(n_i, 12 + 6 n_if)``."""
-        return self._solved[1:]
+    def unit_answers(self) -> np.ndarray:
+        """Displacements ``(n_i, 12 + 6 n_if)`` under `inside_loads` with every fixed interface held."""
+        return self._solved[:, len(self.b) :]
 
     @cached_property
     def _released(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -74,7 +102,7 @@ class Clamped:
         W = np.zeros((self.K.shape[0], len(others)))
         W[self.b[others], np.arange(len(others))] = 1.0
         W[self.i] = self.Psi[:, others]
-        schur = W[self.b[others]].T @ (self.K[self.b[others]] @ W)
+        schur = W[self.b[others]].T @ (self.K.border[others] @ W)
         scale = 1 / np.sqrt(self.K.diagonal()[self.b[others]])
         stiffness, V = eigh((schur + schur.T) / 2 * scale * scale[:, None])
         free = stiffness < FREE
@@ -111,7 +139,11 @@ class Clamped:
             f = f - self.M @ (loose @ (loose.T @ f))
             fixed_response = None
         x = product(shapes, flexibility[:, None] * inner(shapes, f))
-        x[self.i] += self.interior_response(f[self.i]) if fixed_response is None else fixed_response
+        if fixed_response is not None:
+            x[self.i] += fixed_response
+            return x
+        for columns in self.at_once(f.shape[1]):
+            x[self.i, columns] += self.interior_response(f[self.i, columns])
         return x
 
     def interior_response(self, f: np.ndarray) -> np.ndarray:
@@ -123,7 +155,7 @@ class Clamped:
         x[:, loaded] = self.factor.solve(f[:, loaded])
         return x
 
-    @cached_property
+    @property
     def unit_loads(self) -> np.ndarray:
         """The body's unit loads ``(n_dof, 12 + 6 n_if)``: inertia, then force and moment on each interface."""
         model = self.model
@@ -146,8 +178,10 @@ def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:
     return unit
 
 
-def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Clamped:
+def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT, columns: int = 0) -> Clamped:
     """Clamp the fixed interfaces of a model and factorise the interior stiffness.
+
+    The factor leaves memory for so many `columns` of vectors (n_free,).
 
     Raises
     ------
@@ -161,20 +195,20 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     >>> len(clamped.b), clamped.Psi.shape
     (6, (60, 6))
     """
-    K, M = _of_independent(model, model.K), _of_independent(model, model.M)
-    M.eliminate_zeros()  # the mass of solids does not couple components: a third of the pattern of K
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
-    i = _others(b, K.shape[0])
-    if K.shape[0] == len(b):
+    i = _others(b, len(model.free))
+    if len(model.free) == len(b):
         raise InputError("every node belongs to a fixed interface, so that no mode is left; fix fewer nodes")
-    K_ii, M_ii = (A[i, i] if isinstance(i, slice) else A[i][:, i] for A in (K, M))
+    K = _of_independent(model, model.K, b, i)
+    M = _of_independent(model, model.M, b, i)
     try:
-        factor = algebra.factorise(K_ii, solver)
+        with reserved(8.0 * len(model.free) * columns):
+            factor = algebra.factorise(K.inside, solver)
     except AccuracyError:
-        raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
-    _refuse_mechanism(model, K_ii, factor, model.free[i])
-    return Clamped(model, K, M, b, i, K_ii, M_ii, factor)
+        raise MechanismError(_moving(model, model.free[i], np.asarray(K.inside.diagonal() == 0, dtype=float))) from None
+    _refuse_mechanism(model, K.inside, factor, model.free[i])
+    return Clamped(model, K, M, factor)
 
 
 def _others(b: np.ndarray, n: int) -> slice | np.ndarray:
@@ -183,19 +217,25 @@ def _others(b: np.ndarray, n: int) -> slice | np.ndarray:
     return slice(i[0], i[-1] + 1) if len(i) and i[-1] - i[0] < len(i) else i
 
 
-def _of_independent(model: FEModel, A: csr_array) -> csr_array:
-    """Return the symmetric ``C^T A C``; transposed, which takes less time than to sort it as it is."""
-    return (model.C.T.tocsr() @ A @ model.C).T.tocsr()
+def _of_independent(model: FEModel, A: csr_array, b: np.ndarray, i: slice | np.ndarray) -> Bordered:
+    """Return the symmetric ``C^T A C``; its inside transposed, which takes less time than to sort it as it is."""
+    C_i = model.C[:, i]
+    border = model.C[:, b].T.tocsr() @ A @ model.C
+    if len(model.free) > TWICE:
+        return Bordered(Congruent(A, C_i), border.tocsr(), b, i)
+    inside = (C_i.T.tocsr() @ A @ C_i).T.tocsr()
+    inside.eliminate_zeros()  # the mass of solids does not couple components: a third of the pattern of K
+    return Bordered(inside, border.tocsr(), b, i)
 
 
-def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.ndarray) -> None:
+def _refuse_mechanism(model: FEModel, K: csr_array | Congruent, factor: Factor, dofs: np.ndarray) -> None:
     """Refuse a mechanism: inverse iteration finds the softest shape, whose strain energy is then round-off."""
     x = np.random.default_rng(0).standard_normal(len(dofs))
     diagonal = K.diagonal()
     for _ in range(3):
         x = factor.solve(diagonal * x)
         x /= np.abs(x).max()
-    size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
+    size = abs(stored(K))
     if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ (size @ np.abs(x))):
         raise MechanismError(_moving(model, dofs, np.abs(np.nan_to_num(x))))
 

@@ -14,7 +14,14 @@ from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
 from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, refuse_no_body, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp
-from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
+from modalprep.reduction.notes import (
+    completeness,
+    fewer_modes,
+    interface_boundaries,
+    more_modes,
+    place_of,
+    pseudo_resonances,
+)
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.recoveries.shares import Share, recovery_shares
 from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
@@ -24,6 +31,7 @@ from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import refuse_unknown
 from modalprep.verdicts.notes import told
 
+VECTORS = 4  # copies of its basis that a reduction has at once beside a factor
 BUILT_IN = ("interfaces", "inertia")  # loads that every body has
 
 
@@ -101,7 +109,8 @@ def craig_bampton(
         does not matter.
     recovery : ModelRecovery or None
         Quantities that `keep` may name; the reduction then has `spans`.
-    solver : {"auto", "pardiso", "superlu"}
+    solver : {"auto", "in_memory", "single", "superlu"}
+        As `factorise` takes it.
     algebra : Algebra
         Functions for factorisation and eigensolution.
 
@@ -132,7 +141,7 @@ def craig_bampton(
     refuse_no_body("craig_bampton", model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
-    clamped = clamp(model, solver, algebra)
+    clamped = clamp(model, solver, algebra, columns=_columns(model, modes))
     F = _interior_loads(clamped, {**model.loads, **(loads or {})})
     for name in truncation:
         refuse_unknown(name, F, "truncation_vectors: load")
@@ -145,6 +154,7 @@ def craig_bampton(
     notes = (
         *fewer_modes(len(w2), modes, FIXED),
         *completeness(w2, counted, FIXED),
+        *place_of(clamped.factor),
         *more_modes(keep, table, modes),
         *pseudo_resonances(table, w2_t),
         *interface_boundaries(model, truncation),
@@ -155,6 +165,11 @@ def craig_bampton(
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
     spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted.answer) if recovery else None
     return reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
+
+
+def _columns(model: FEModel, modes: int) -> int:
+    """Return about how many vectors of the size of the model there are at once besides the factor."""
+    return VECTORS * (min(modes, len(model.free)) + 12 + 6 * len(model.interfaces))
 
 
 def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, answers: np.ndarray) -> Spans:
@@ -193,7 +208,7 @@ def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[s
     """Return the loads by name, scaled to about 1 N in total."""
     model = clamped.model
     size = model_size(clamped.model)
-    force, answer = clamped.unit_answers
+    force, answer = clamped.inside_loads, clamped.unit_answers
     free = np.flatnonzero([frame.boundary == "free" for frame in model.interfaces])
     own = {
         "interfaces": ((12 + 6 * free[:, None] + range(6)).ravel(), np.tile(np.repeat([1.0, size], 3), len(free))),

@@ -49,7 +49,8 @@ def free_interface(
         Which of them to keep (`selection.select`); they have no effective mass.
     recovery : ModelRecovery or None
         Quantities that `keep` may name, but for accelerations, as there is no base; the reduction then has `spans`.
-    solver : {"auto", "pardiso", "superlu"}
+    solver : {"auto", "in_memory", "single", "superlu"}
+        As `factorise` takes it.
     algebra : Algebra
         Functions for factorisation and eigensolution.
 
@@ -107,7 +108,9 @@ def _elastic_modes(
     _refuse_line(R.T @ (clamped.M @ R))
     x = clamped.static_free(clamped.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, clamped.K @ x) / np.einsum("ij,ij->j", x, clamped.M @ x))
-    w2, Phi, counted = algebra.lowest_modes(clamped.K, clamped.M, modes + 6, shift=-softest, solver=solver)
+    w2, Phi, counted = algebra.lowest_modes(
+        clamped.K.tocsr(), clamped.M.tocsr(), modes + 6, shift=-softest, solver=solver
+    )
     elastic = np.abs(w2) > RIGID * softest
     if np.sum(~elastic) != 6:
         raise MechanismError(

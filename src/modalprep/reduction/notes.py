@@ -7,15 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.factor import Factor
 from modalprep.reduction.table import FIXED, FREE, ModeTable
 
+UNCOUNTED = (
+    "modes satisfy their equation, but that none is missing is not proven: the factor that counts them did not fit "
+    "into the memory in double precision, or was not accurate enough"
+)
 BELOW = 1e-6  # relative to a frequency: `lowest_modes` counts to 5e-7 below its highest one
 
 
 def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
     """Report below which frequency no mode is missing, as verified by `linalg.lowest_modes`.
 
-    There is no note where the factorisation does not provide the number of modes.
+    Where no factorisation gave the number of modes, the note is a warning that it is not proven.
 
     Parameters
     ----------
@@ -31,8 +36,10 @@ def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
     >>> completeness((2 * np.pi * np.array([1.0, 2.0, 3.0])) ** 2, "a dense solver leaves none out", "fixed-interface")
     ('all 2 fixed-interface modes below 2.9999 Hz were found (a dense solver leaves none out)',)
     """
-    if not len(w2) or not counted:
+    if not len(w2):
         return ()
+    if not counted:
+        return (f"the {len(w2)} {kind} {UNCOUNTED}",)
     frequency = np.sqrt(w2) / (2 * np.pi)
     top = frequency[-1] * (1 - BELOW)
     digit = 10.0 ** (np.floor(np.log10(top)) - 4)
@@ -41,6 +48,22 @@ def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
     if not count:
         return (f"there are no {kind} modes below {limit:.7g} Hz ({counted})",)
     return (f"all {count} {kind} modes below {limit:.7g} Hz were found ({counted})",)
+
+
+def place_of(factor: Factor) -> tuple[str, ...]:
+    """Report what a factor that is large or in single precision needed.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_array
+    >>> from modalprep.linalg.factor import factorise
+    >>> place_of(factorise(csr_array(np.eye(2)), "superlu"))
+    ()
+    """
+    forecast = getattr(factor, "forecast", None)
+    if forecast is None or not (forecast.large or forecast.single):
+        return ()
+    return (f"the stiffness was factorised: {forecast}",)
 
 
 def more_modes(keep: str | list[int], table: ModeTable, modes: int) -> tuple[str, ...]:

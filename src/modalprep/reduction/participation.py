@@ -77,7 +77,7 @@ def fixed_coupling(clamped: Clamped, Phi: np.ndarray) -> np.ndarray:
     (12, 3)
     """
     model = clamped.model
-    L = inner(clamped.M_ii @ clamped.Psi + clamped.M[clamped.i][:, clamped.b].toarray(), Phi)
+    L = inner(clamped.M_ii @ clamped.Psi + clamped.M.coupling.toarray().T, Phi)
     scale = np.tile(np.repeat([1.0, 1 / model_size(model)], 3), len(L) // 6) / model.rigid.m
     free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
     return np.vstack([scale[:, None] * L, *(_motion(model, dofs, clamped.expand(Phi)) for dofs in free)])

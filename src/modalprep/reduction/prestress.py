@@ -12,6 +12,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import one_numpy_thread
+from modalprep.linalg.congruent import stored
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.modes import DENSE, lowest_modes
 from modalprep.linalg.unique import unique_signs
@@ -208,7 +209,7 @@ def prestressed_modes(
     phi = np.zeros((0, 1))
     try:
         count = min(modes + MORE, clamped.K_ii.shape[0])
-        w2, phi, _ = lowest_modes((clamped.K_ii + Kg).tocsr(), clamped.M_ii, count)
+        w2, phi, _ = lowest_modes((stored(clamped.K_ii) + Kg).tocsr(), clamped.M_ii, count)
     except AccuracyError:
         pass
     if np.any(w2 <= 0) or _largest(-Kg, clamped, 1)[0][0] >= 1:
@@ -267,7 +268,7 @@ def _largest(A: csr_array, clamped: Clamped, n: int) -> tuple[np.ndarray, np.nda
     size = A.shape[0]
     n = min(n, size)
     if size <= DENSE:
-        mu, x = eigh(A.toarray(), clamped.K_ii.toarray(), subset_by_index=(size - n, size - 1))
+        mu, x = eigh(A.toarray(), clamped.K_ii.tocsr().toarray(), subset_by_index=(size - n, size - 1))
     elif A.nnz == 0 or not np.any(A.data):
         return np.zeros(n), np.zeros((size, n))
     else:

@@ -41,6 +41,7 @@ WELL = (
     r"have incompatible modes here, and no hourglasses",
     r"elements of S4R are shells here",
     r"^by differences of ",
+    r"^the stiffness was factorised: ",
 )
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -7,7 +7,7 @@ from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.node_products import NodeProducts
 from modalprep.fe.assembly.sparse_kernels import scatter_rows
-from modalprep.fe.assembly.sparsity import Pattern, pairs_of
+from modalprep.fe.assembly.sparsity import Pattern, by_components, pairs_of
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
 from modalprep.linalg.blas import inner
@@ -166,6 +166,8 @@ class Totals:
 
     def mass(self) -> csr_array:
         """Return M of all elements; once, as it is summed up in place."""
+        if self.scalar is not None and self.functions is None and self.thin is None:
+            return by_components(self.pattern.graph, self.scalar, self.dof, self.n)
         if self.scalar is not None:
             self.pattern.spread(self.M, self.scalar)
         if self.functions is not None:

@@ -11,6 +11,7 @@ from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
 from modalprep.extras import missing
 from modalprep.formats.modalfile import write_body
+from modalprep.linalg.forecast import forecasts_to
 from modalprep.pipeline.building.built import Built, Tables
 from modalprep.pipeline.building.cache import Cache
 from modalprep.pipeline.building.described import model_tables
@@ -69,7 +70,8 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
         recovery = pipeline_recovery(pipeline, mesh, model)
         algebra = caching_algebra(cache)
         algebra = ring_algebra(model, mesh.cyclic, algebra) if pipeline.cyclic and mesh.cyclic else algebra
-        reduction, error = reduce_model(pipeline, mesh, model, algebra, recovery)
+        with forecasts_to(lambda text: reporter.say(f"  {text}")):
+            reduction, error = reduce_model(pipeline, mesh, model, algebra, recovery)
         done(4, "modal body")
         body = flexible_body(
             model,

@@ -68,12 +68,13 @@ def _basis(
     algebra: Algebra,
     recovery: ModelRecovery | None,
 ) -> Reduction:
-    common = {"modes": modes, "algebra": algebra, "recovery": recovery}
+    how = {"solver": table.solver, "algebra": algebra}
+    common = {"modes": modes, "recovery": recovery, **how}
     match table.method:
         case "guyan":
-            return guyan(model, algebra=algebra)
+            return guyan(model, **how)
         case "irs":
-            return improved_guyan(model, algebra=algebra)
+            return improved_guyan(model, **how)
         case "free_interface":
             return free_interface(model, keep=table.keep, **common)
     return craig_bampton(model, keep=table.keep, truncation=table.truncation_vectors, loads=loads, **common)

@@ -14,7 +14,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.congruent import Congruent
 from modalprep.linalg.factor import Factor
+from modalprep.linalg.forecast import Forecast
 from modalprep.linalg.modes import Modes
 from modalprep.pipeline.building.cache import Cache
 
@@ -32,8 +34,9 @@ class CachedFactor:
         As `factorise` takes them.
     """
 
-    def __init__(self, cache: Cache, A: csr_array, solver: str, definite: bool) -> None:
-        A.sort_indices()  # as the factorisation does: products with A must round alike with and without the cache
+    def __init__(self, cache: Cache, A: csr_array | Congruent, solver: str, definite: bool) -> None:
+        if not isinstance(A, Congruent):
+            A.sort_indices()  # as the factorisation does: products with A must round alike with and without the cache
         self._cache = cache
         self._arguments = (A, solver, definite)
         self.key = cache.key("factor", A, solver, definite)
@@ -44,6 +47,16 @@ class CachedFactor:
     def exact(self) -> Factor:
         """The factorisation itself."""
         return DIRECT.factorise(*self._arguments)
+
+    @property
+    def forecast(self) -> Forecast | None:
+        """What the factorisation was to need, where it was made."""
+        return getattr(self.exact, "forecast", None) if "exact" in self.__dict__ else None
+
+    def release(self) -> None:
+        """Free the memory of the factorisation; the next solution that is not stored computes it again."""
+        if "exact" in self.__dict__:
+            self.exact.release()
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
@@ -59,11 +72,17 @@ def caching_algebra(cache: Cache | None) -> Algebra:
     if cache is None:
         return DIRECT
 
-    def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
+    def factorise(A: csr_array | Congruent, solver: str = "auto", definite: bool = True) -> Factor:
         return CachedFactor(cache, A, solver, definite)
 
     def lowest_modes(
-        K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
+        K: csr_array | Congruent,
+        M: csr_array | Congruent,
+        n: int,
+        *,
+        factor: Factor | None = None,
+        shift: float = 0.0,
+        solver: str = "auto",
     ) -> Modes:
         def compute() -> dict[str, np.ndarray]:
             exact = factor.exact if isinstance(factor, CachedFactor) else factor

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
+from modalprep.linalg.solvers import Solver
 from modalprep.pipeline.schema.base import BodyName, DeckName, OneOf, Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
 from modalprep.pipeline.schema.quantities import (
@@ -102,6 +103,11 @@ class ReductionTable(Table):
     )
     damping: Damping = Field(default=0.0, description=DAMPING)
     root: str | None = Field(default=None, description="the interface that carries the body frame")
+    solver: Solver = Field(
+        default="auto",
+        description="how the stiffness is factorised: in_memory, in double precision; single, in single precision with "
+        "iterations, half as large; auto takes the first of these that fits. superlu does without PARDISO",
+    )
 
     @model_validator(mode="after")
     def _target_has_a_band(self) -> ReductionTable:

@@ -20,6 +20,7 @@ from modalprep.records import Record
 from modalprep.reduction.cyclic.problem import Problem, single_modes
 from modalprep.reduction.cyclic.sector import Sector, make_sector
 from modalprep.reduction.cyclic.spin import at_speed, moved_mass
+from modalprep.reduction.notes import UNCOUNTED
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told, with_warnings
 
@@ -95,11 +96,12 @@ class CyclicModes(Record, Plotted):
 
 
 class Harmonic(NamedTuple):
-    """Modes of one nodal diameter: w^2 (k,), shapes of the sector (m, k), and w of both waves (2, k)."""
+    """Modes of one nodal diameter: w^2 (k,), shapes of the sector (m, k), w of both waves (2, k), whether counted."""
 
     w2: np.ndarray
     shape: np.ndarray
     waves: np.ndarray
+    counted: bool
 
 
 @told
@@ -137,7 +139,8 @@ def cyclic_modes(
         rad/s about the axis.
     held : bool
         Whether the fixed interfaces are held, the root among them; False lets the ring float.
-    solver : {"auto", "pardiso", "superlu"}
+    solver : {"auto", "in_memory", "single", "superlu"}
+        As `factorise` takes it.
 
     Returns
     -------
@@ -194,17 +197,18 @@ def _harmonic(problem: Problem, n: int, modes: int) -> Harmonic:
     K, M = problem.matrices(n)
     spin = problem.spin
     if spin is None:
-        w2, Z = single_modes(K, M, modes, problem.held, problem.solver)
-        return Harmonic(w2, problem.sector.map(n) @ Z, np.sqrt([w2, w2]))
+        w2, Z, counted = single_modes(K, M, modes, problem.held, problem.solver)
+        return Harmonic(w2, problem.sector.map(n) @ Z, np.sqrt([w2, w2]), bool(counted))
     w2 = np.zeros(1)  # of a ring that is not stable
     Z = np.zeros((0, 1))
+    counted = ""
     with suppress(AccuracyError):
-        w2, Z = single_modes(K, M, modes + MORE, solver=problem.solver)
+        w2, Z, counted = single_modes(K, M, modes + MORE, solver=problem.solver)
     if np.any(w2 <= 0):
         raise InputError(f"the ring is not stable at this speed in {n} nodal diameters; reduce the speed")
     w2, turn = eigh(np.diag(w2), moved_mass(problem, n, Z))
     Z = problem.sector.map(n) @ (Z @ turn)
-    return Harmonic(w2[:modes], Z[:, :modes], _waves(w2, 1j * (Z.conj().T @ (spin.G @ Z)))[:, :modes])
+    return Harmonic(w2[:modes], Z[:, :modes], _waves(w2, 1j * (Z.conj().T @ (spin.G @ Z)))[:, :modes], bool(counted))
 
 
 def _waves(w2: np.ndarray, C: np.ndarray) -> np.ndarray:
@@ -232,8 +236,14 @@ def _record(sector: Sector, found: dict[int, Harmonic], speed: float) -> CyclicM
         shape=_with_real_top(scale * shape),
         sectors=sector.cyclic.sectors,
         speed=float(speed),
-        notes=sector.notes(),
+        notes=(*sector.notes(), *_uncounted(found)),
     )
+
+
+def _uncounted(found: dict[int, Harmonic]) -> tuple[str, ...]:
+    """Say in which nodal diameters a mode may be missing."""
+    open_to_doubt = [str(n) for n, each in found.items() if len(each.w2) and not each.counted]
+    return (f"in nodal diameters {', '.join(open_to_doubt)} the {UNCOUNTED}",) if open_to_doubt else ()
 
 
 def _with_real_top(shape: np.ndarray) -> np.ndarray:

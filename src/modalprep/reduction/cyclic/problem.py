@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.factor import factorise
-from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.modes import Modes, lowest_modes
 from modalprep.reduction.cyclic.sector import Sector, pair
 
 SHIFT = 1e-7  # of the stiffness over the mass of a DOF, (rad/s)^2: of rings that float
@@ -80,10 +80,8 @@ class Problem:
         return T @ (x[: len(load)] + 1j * x[len(load) :])
 
 
-def single_modes(
-    K: csr_array, M: csr_array, count: int, held: bool = True, solver: str = "auto"
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest ``w^2 (k,)`` of Hermitian matrices and M-orthonormal shapes (p, k).
+def single_modes(K: csr_array, M: csr_array, count: int, held: bool = True, solver: str = "auto") -> Modes:
+    """Return the lowest ``w^2 (k,)`` of Hermitian matrices, M-orthonormal shapes (p, k), and how they were counted.
 
     Examples
     --------
@@ -92,12 +90,14 @@ def single_modes(
     array([1., 3.])
     """
     if not K.shape[0]:
-        return np.zeros(0), np.zeros((0, 0))
+        return Modes(np.zeros(0), np.zeros((0, 0)), "")
     shift = 0.0 if held else -SHIFT * _typical(K, M)
     double = np.iscomplexobj(K)
-    w2, X, _ = lowest_modes(_real(K), _real(M), count * (1 + double), shift=shift, solver=solver)
+    w2, X, counted = lowest_modes(_real(K), _real(M), count * (1 + double), shift=shift, solver=solver)
     w2 = np.where(np.abs(w2) < -RIGID * shift, 0.0, w2)
-    return one_of_each(K, M, w2, X[: len(X) // 2] + 1j * X[len(X) // 2 :], count) if double else (w2, X)
+    if double:
+        w2, X = one_of_each(K, M, w2, X[: len(X) // 2] + 1j * X[len(X) // 2 :], count)
+    return Modes(w2, X, counted)
 
 
 def one_of_each(K: csr_array, M: csr_array, w2: np.ndarray, Z: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

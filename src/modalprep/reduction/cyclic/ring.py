@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.cyclic import CyclicSymmetry
 from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.congruent import Congruent, stored
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.modes import Modes
 from modalprep.linalg.unique import made_unique
@@ -58,7 +59,13 @@ def ring_algebra(model: FEModel, cyclic: CyclicSymmetry, base: Algebra = DIRECT)
         return base
 
     def lowest_modes(
-        K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
+        K: csr_array | Congruent,
+        M: csr_array | Congruent,
+        n: int,
+        *,
+        factor: Factor | None = None,
+        shift: float = 0.0,
+        solver: str = "auto",
     ) -> Modes:
         if shift or K.shape != turn.S.shape or not (turn.keeps(K) and turn.keeps(M)):
             return base.lowest_modes(K, M, n, factor=factor, shift=shift, solver=solver)
@@ -75,7 +82,7 @@ class Turn:
     own: np.ndarray
     sectors: int
 
-    def keeps(self, A: csr_array) -> bool:
+    def keeps(self, A: csr_array | Congruent) -> bool:
         """Whether the rotation changes nothing of a matrix."""
         x = np.random.default_rng(0).standard_normal(len(self.own))
         y = np.zeros(A.shape[0])
@@ -156,24 +163,25 @@ def _first_of_each(partner: np.ndarray, moving: np.ndarray, n: int, sectors: int
     return moving[least[moving] == moving] if np.array_equal(at, np.arange(n)) else None
 
 
-def _ring_modes(turn: Turn, K: csr_array, M: csr_array, n: int, solver: str) -> Modes:
+def _ring_modes(turn: Turn, K: csr_array | Congruent, M: csr_array | Congruent, n: int, solver: str) -> Modes:
     """Return the n lowest modes of the ring: of each nodal diameter as many as lie below the n-th."""
-    stiffness = turn.blocks(K)
-    mass = turn.blocks(M)
+    stiffness = turn.blocks(stored(K))
+    mass = turn.blocks(stored(M))
     count = dict.fromkeys(range(turn.sectors // 2 + 1), ceil(n / turn.sectors) + SPARE)
-    found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    found: dict[int, Modes] = {}
     short = set(count)
     while short:
         for d in short:
             found[d] = single_modes(turn.of(stiffness, d), turn.of(mass, d), count[d], solver=solver)
-        every = np.sort(np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()]))
+        every = np.sort(np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _, _) in found.items()]))
         last = every[n - 1] if len(every) >= n else np.inf
-        short = {d for d, (w2, _) in found.items() if len(w2) == count[d] and w2[-1] <= last}
+        short = {d for d, (w2, _, _) in found.items() if len(w2) == count[d] and w2[-1] <= last}
         count |= {d: 2 * count[d] for d in short}
-    w2 = np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _) in found.items()])
-    phi = np.concatenate([turn.shapes(Z, d) for d, (_, Z) in found.items()], axis=1)
+    w2 = np.concatenate([np.repeat(w2, _share(turn, d)) for d, (w2, _, _) in found.items()])
+    phi = np.concatenate([turn.shapes(Z, d) for d, (_, Z, _) in found.items()], axis=1)
+    counted = "counted for each nodal diameter" if all(own.counted for own in found.values() if len(own.w2)) else ""
     order = np.argsort(w2, kind="stable")[:n]
-    return Modes(w2[order], made_unique(w2[order], phi[:, order], K), "counted for each nodal diameter")
+    return Modes(w2[order], made_unique(w2[order], phi[:, order], K), counted)
 
 
 def _share(turn: Turn, d: int) -> int:

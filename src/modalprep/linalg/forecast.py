@@ -1,0 +1,158 @@
+"""What a factor will need, known before it is computed: memory and time; said where it is much."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.linalg.memory import BUDGET
+
+GIB = 2**30
+LARGE = 1e11  # operations of a factorisation worth a word: seconds
+TRIAL = 512  # rows of the matrices by whose product the speed of the machine is measured
+SHARE = 0.5  # of that speed which a sparse factorisation has
+LOG = logging.getLogger("modalprep")
+_say: ContextVar[Callable[[str], None]] = ContextVar("say", default=LOG.warning)
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a factor ``L D L^T`` needs, by its symbolic factorisation.
+
+    Attributes
+    ----------
+    operations : float
+        Floating-point operations.
+    memory : float
+        Bytes, on top of the matrix.
+    free : float
+        Bytes of memory that it may take.
+    single : bool
+        Whether it is in single precision.
+
+    Examples
+    --------
+    >>> print(Forecast(operations=2e9, memory=2**31, free=2**33))
+    the factor needs 2 of the 8 GiB of memory that are free: in double precision
+    >>> print(Forecast(operations=2e9, memory=2**31, free=2**33, single=True))
+    the factor needs 2 of the 8 GiB of memory that are free: in single precision, with iterations
+    """
+
+    operations: float
+    memory: float
+    free: float
+    single: bool = False
+
+    @property
+    def fits(self) -> bool:
+        """Whether it has room."""
+        return self.memory <= self.free
+
+    @property
+    def large(self) -> bool:
+        """Whether the factorisation takes long enough for a word before."""
+        return self.operations > LARGE
+
+    @property
+    def seconds(self) -> float:
+        """About the time of the factorisation, by the speed of this machine at dense products."""
+        return self.operations / (SHARE * speed())
+
+    def __str__(self) -> str:
+        """Say what it needs, of what is free, and how it is stored."""
+        how = f"{self._precision}, with iterations" if self.single else self._precision
+        return f"the factor needs {_gib(self.memory)} of the {_gib(self.free)} GiB of memory that are free: {how}"
+
+    def shortfall(self) -> str:
+        """Say what is missing."""
+        return f"needs {_gib(self.memory)} GiB of memory {self._precision} and {_gib(self.free)} GiB may be used"
+
+    @property
+    def _precision(self) -> str:
+        return "in single precision" if self.single else "in double precision"
+
+
+class TooLarge(MemoryError):
+    """A factor that does not fit; its first argument is the number of bytes that it needs."""
+
+    def __init__(self, forecast: Forecast) -> None:
+        super().__init__(forecast.memory)
+        self.forecast = forecast
+
+    def __str__(self) -> str:
+        """Say what is missing."""
+        return self.forecast.shortfall()
+
+
+def no_room(n: int, missing: str) -> InputError:
+    """Return the refusal of a factor of an n x n matrix, with what is missing.
+
+    Examples
+    --------
+    >>> raise no_room(3, "needs 2 GiB of memory and 1 GiB may be used")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: the factor of the 3 x 3 matrix needs 2 GiB of memory and 1 GiB may be used: take a ...
+    """
+    return InputError(
+        f"the factor of the {n} x {n} matrix {missing}: take a coarser mesh or fewer modes, split the model into "
+        f"components, or give it more memory ({BUDGET} sets the limit in GiB where it is set)"
+    )
+
+
+def tell(forecast: Forecast) -> None:
+    """Say what a factor needs, and how long it will take, where it is large."""
+    if forecast.large:
+        _say.get()(f"{forecast}, about {_duration(forecast.seconds)}")
+
+
+@contextmanager
+def forecasts_to(say: Callable[[str], None]) -> Iterator[None]:
+    """Tell forecasts by a function within the block, instead of by the log.
+
+    Examples
+    --------
+    >>> with forecasts_to(print):
+    ...     tell(Forecast(operations=0.0, memory=2**31, free=2**33))  # too small for a word
+    """
+    token = _say.set(say)
+    try:
+        yield
+    finally:
+        _say.reset(token)
+
+
+@cache
+def speed() -> float:
+    """Return the floating-point operations in a second of dense products, by the library that also factorises.
+
+    Examples
+    --------
+    >>> speed() > 1e6
+    True
+    """
+    from modalprep.linalg.blas import product
+
+    A = np.ones((TRIAL, TRIAL))
+    product(A, A)
+    begin = time.perf_counter()
+    rounds = 4
+    for _ in range(rounds):
+        product(A, A)
+    return rounds * 2.0 * TRIAL**3 / (time.perf_counter() - begin)
+
+
+def _gib(size: float) -> str:
+    return f"{size / GIB:.2g}"
+
+
+def _duration(seconds: float) -> str:
+    """Return a time in words."""
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
