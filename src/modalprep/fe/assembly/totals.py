@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -129,12 +131,17 @@ class Totals:
     def __init__(self, pattern: Pattern, graph: csr_array | None, thin: Pattern | None, dof: np.ndarray) -> None:
         self.pattern, self.thin, self.dof = pattern, thin, dof
         self.n = len(pattern.indptr) - 1
-        self.K, self.M = pattern.zeros(), pattern.zeros()
+        self.K = pattern.zeros()
         self.g, self.h = np.zeros((self.n, 3)), np.zeros((self.n, 9))
         self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
         self.scalar: np.ndarray | None = None
         self.functions = None if graph is None else NodeProducts(graph, dof)
         self.pairs = np.zeros((len(PAIRS), len(thin.indices) if thin else 0))
+
+    @cached_property
+    def M(self) -> np.ndarray:
+        """Entries of the mass matrix in the pattern of K; masses of the form "scalar" alone go without."""
+        return self.pattern.zeros()
 
     def add(self, block: Block, pairs: np.ndarray, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
         """Add one block's stiffness and mass; ``pairs (ne, nn, nn)`` of its nodes, in the graph of `pattern`."""
