@@ -221,7 +221,7 @@ def export(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Convert a body to a file of another program, or a system to an FMU."""
+    """Write a body for another program, or a system as an FMU."""
     if to == "fmu":
         _refuse_given("fmu", dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
         _export_fmu(
