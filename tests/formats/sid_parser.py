@@ -150,7 +150,7 @@ def arranged(block, residual):
         "mode": block.M0.reshape(rows, -1, 3),
     }
     size = np.abs(block.M0).max()
-    fits = {name: np.abs(residual(array)).max() < 1e-9 * size for name, array in choices.items()}
+    fits = {name: np.abs(residual(array)).max() < 1e-8 * size for name, array in choices.items()}
     assert list(fits.values()).count(True) == 1, fits
     layout = next(name for name, fit in fits.items() if fit)
     return choices[layout], layout
