@@ -162,6 +162,7 @@ def block_lanczos(
 
     Examples
     --------
+    >>> from scipy.sparse import csr_array
     >>> from modalprep.linalg.factor import factorise
     >>> K = csr_array(np.diag(np.arange(1.0, 41.0)))
     >>> w2, phi = block_lanczos(factorise(K), csr_array(np.eye(40)), 3, shift=0.0)

@@ -40,6 +40,7 @@ def ritz(
 
     Examples
     --------
+    >>> from scipy.sparse import csr_array
     >>> w2, X = ritz(np.eye(2), csr_array(np.diag([4.0, 1.0])), csr_array(np.eye(2)))
     >>> w2
     array([1., 4.])
