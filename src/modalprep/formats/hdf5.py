@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -227,3 +227,16 @@ def _refuse_long_attributes(item: h5py.Group | h5py.Dataset, name: str) -> None:
         attribute = item.attrs.get_id(key)
         if attribute.dtype.hasobject and math.prod(attribute.shape) > TEXTS:
             raise InputError(f"attribute {key} of {name} has more than {TEXTS} texts")
+
+
+def write_texts(file: h5py.File, name: str, texts: Sequence[str]) -> None:
+    """Write a dataset of texts, none of them too.
+
+    Examples
+    --------
+    >>> with h5py.File("notes.h5", "w", driver="core", backing_store=False) as file:
+    ...     write_texts(file, "notes", ())
+    ...     file["notes"].shape
+    (0,)
+    """
+    file.create_dataset(name, data=list(texts), shape=(len(texts),), dtype=h5py.string_dtype())

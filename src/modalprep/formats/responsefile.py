@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from modalprep.formats.hdf5 import reading, writing
+from modalprep.formats.hdf5 import reading, write_texts, writing
 from modalprep.response.result import Peak, Response
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
@@ -56,7 +56,7 @@ def write_response(response: Response, path: str | Path) -> Path:
         texts |= {"chosen": response.chosen, "peaks/channel": [x.channel for x in response.peaks]}
         texts |= {f"peaks/{part}": [getattr(x, part) for x in response.peaks] for part in PARTS}
         for name, words in texts.items():
-            file.create_dataset(name, data=list(words), shape=(len(words),), dtype=h5py.string_dtype())
+            write_texts(file, name, words)
     return path
 
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
-import h5py
-
-from modalprep.formats.hdf5 import writing
+from modalprep.formats.hdf5 import write_texts, writing
 from modalprep.sensitivity.gradient import Gradient
 from modalprep.sensitivity.run_sensitivities import RunSensitivities
 
@@ -39,7 +36,7 @@ def write_derivatives(
 
     Examples
     --------
-    >>> import tempfile
+    >>> import h5py, tempfile
     >>> import numpy as np
     >>> found = RunSensitivities(time=np.arange(2.0), channels=("hinge.angle",), parameters=("hinge.stiffness",),
     ...                          at=np.ones(1), values=np.zeros((2, 1)), derivatives=np.full((1, 2, 1), 3.0))
@@ -53,9 +50,9 @@ def write_derivatives(
         file.attrs.update(format=FORMAT, format_version=1, units="SI")
         if of is not None:
             names = histories.parameters if histories is not None else tuple(gradient.derivatives if gradient else ())
-            _write_texts(file, "parameters", names)
+            write_texts(file, "parameters", names)
             file["at"] = of.at
-            _write_texts(file, "notes", of.notes)
+            write_texts(file, "notes", of.notes)
         if histories is not None:
             file["time"] = histories.time
             for c, channel in enumerate(histories.channels):
@@ -66,8 +63,3 @@ def write_derivatives(
             group.attrs["of"] = objective
             group["value"], group["derivatives"] = gradient.value, gradient.vector
     return path
-
-
-def _write_texts(file: h5py.File, name: str, texts: Sequence[str]) -> None:
-    """Write texts, none of them too."""
-    file.create_dataset(name, data=list(texts), shape=(len(texts),), dtype=h5py.string_dtype())
