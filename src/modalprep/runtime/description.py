@@ -27,14 +27,7 @@ def description(model: Model, name: str, version: str, kinds: Sequence[str]) -> 
 
 def _version2(model: Model, name: str, kinds: Sequence[str]) -> Element:
     root = _root(model, name, fmiVersion="2.0", guid=model.token, numberOfEventIndicators="0")
-    for kind in kinds:
-        own = {"modelIdentifier": name, "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
-        if kind == CO_SIMULATION:
-            own["canHandleVariableCommunicationStepSize"] = "true"
-        SubElement(root, TAGS[kind], own)
-    _units(root)
-    _categories(root)
-    _experiment(root, model, stepSize=_number(model.step))
+    _begin(root, model, name, kinds, state="FMUstate")
     variables = [INDEPENDENT, *model.variables]
     number = {each.reference: k for k, each in enumerate(variables, 1)}
     listed = SubElement(root, "ModelVariables")
@@ -52,14 +45,7 @@ def _version2(model: Model, name: str, kinds: Sequence[str]) -> Element:
 
 def _version3(model: Model, name: str, kinds: Sequence[str]) -> Element:
     root = _root(model, name, fmiVersion="3.0", instantiationToken=model.token)
-    for kind in kinds:
-        own = {"modelIdentifier": name, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-        if kind == CO_SIMULATION:
-            own["canHandleVariableCommunicationStepSize"] = "true"
-        SubElement(root, TAGS[kind], own)
-    _units(root)
-    _categories(root)
-    _experiment(root, model, stepSize=_number(model.step))
+    _begin(root, model, name, kinds, state="FMUState")
     listed = SubElement(root, "ModelVariables")
     variables = [INDEPENDENT, *model.variables]
     for each in variables:
@@ -70,6 +56,18 @@ def _version3(model: Model, name: str, kinds: Sequence[str]) -> Element:
         for each in filter(chosen, variables):
             SubElement(structure, tag, valueReference=str(each.reference))
     return root
+
+
+def _begin(root: Element, model: Model, name: str, kinds: Sequence[str], state: str) -> None:
+    """Add what both versions have before the variables; `state` is how each spells an FMU's state."""
+    for kind in kinds:
+        own = {"modelIdentifier": name, f"canGetAndSet{state}": "true", f"canSerialize{state}": "true"}
+        if kind == CO_SIMULATION:
+            own["canHandleVariableCommunicationStepSize"] = "true"
+        SubElement(root, TAGS[kind], own)
+    _units(root)
+    _categories(root)
+    _experiment(root, model)
 
 
 def _root(model: Model, name: str, **own: str) -> Element:
@@ -96,9 +94,9 @@ def _categories(root: Element) -> None:
         SubElement(categories, "Category", name=name)
 
 
-def _experiment(root: Element, model: Model, **own: str) -> None:
-    times = {"startTime": _number(model.begin), "stopTime": _number(model.end), "tolerance": _number(model.rtol)}
-    SubElement(root, "DefaultExperiment", {**times, **own})
+def _experiment(root: Element, model: Model) -> None:
+    values = {"startTime": model.begin, "stopTime": model.end, "tolerance": model.rtol, "stepSize": model.step}
+    SubElement(root, "DefaultExperiment", {name: _number(value) for name, value in values.items()})
 
 
 def _common(each: Variable) -> dict[str, str]:

@@ -23,7 +23,7 @@ class Image:
     ----------
     bytes : (n,) uint8
     relocations : list of int
-        Places of words to which the address of the image is to be added.
+        Indices of the words to which the address of the image is to be added.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class Image:
         return self.bytes.view(np.int64)
 
     def of(self, what: object) -> int:
-        """Return the place of a record or an array, in bytes."""
+        """Return the offset of a record or an array in the image, in bytes."""
         return self._where(_begin(what) if isinstance(what, np.ndarray) else _address(what))
 
     def _where(self, address: int) -> int:
@@ -100,7 +100,7 @@ def _with_inner(record: object) -> Iterator[Addressed]:
 
 
 def _laid_out(ranges: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return begin, end and place of stretches of memory, those that overlap as one, in the order of their first."""
+    """Return begin, end and offset in the image of stretches of memory that do not overlap, in the order given."""
     groups: list[list[int]] = []  # begin, end, number of the first range
     for low, high, number in sorted((low, high, k) for k, (low, high) in enumerate(ranges)):
         if groups and low < groups[-1][1]:

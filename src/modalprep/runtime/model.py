@@ -13,7 +13,6 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.checkpoints import times_from
 from modalprep.multibody.evaluation.evaluate import Equations
-from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.integration.stepping import CLOCK
 from modalprep.multibody.integration.watching import new_watch
@@ -111,7 +110,10 @@ def model_of(
     begin = 0.0 if state is None else state.t
     if not begin < t_end:
         raise InputError(f"an FMU up to t_end = {t_end:g} s begins at {begin:g} s; raise t_end")
-    integration = _prepared(moved, state, begin, t_end, output_step, rtol, atol, method, max_step, shortest_event)
+    times, longest = times_from(begin, t_end, output_step), max_step or np.inf
+    options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "longest": longest}
+    integration = prepare(moved, times, start=state, shortest_event=shortest_event, **options)
+    _refuse_change_point(integration)
     packing = Packing(moved, integration, Places(moved, t_end, shortest_event))
     notes = (*packing.notes, *_noted(events, integration))
     content, token = packing.content(auto=method == "auto")
@@ -120,26 +122,12 @@ def model_of(
     return Model(kind, token, content, variables, begin, t_end, output_step, rtol, integration.choice.name, notes)
 
 
-def _prepared(
-    system: System,
-    state: SystemState | None,
-    begin: float,
-    t_end: float,
-    output_step: float,
-    rtol: float,
-    atol: float,
-    method: str,
-    max_step: float | None,
-    shortest_event: float | None,
-) -> Integration:
-    times = times_from(begin, t_end, output_step)
-    options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "longest": max_step or np.inf}
-    found = prepare(system, times, start=state, shortest_event=shortest_event, **options)
-    if found.change_points.start is not None:
+def _refuse_change_point(integration: Integration) -> None:
+    """Raise an `InputError` where the closed loops are at a change point at the start."""
+    if integration.change_points.start is not None:
         raise InputError(
             "an FMU cannot start at a change point of its closed loops; give the joints other start values"
         )
-    return found
 
 
 def _noted(events: Sequence[Event], integration: Integration) -> Iterator[str]:

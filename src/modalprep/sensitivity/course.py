@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -155,13 +156,17 @@ class Course:
         return run
 
     def _find_outputs(self) -> list[int]:
-        """Return after how many steps each output comes."""
+        """Return after how many steps each output comes, ascending."""
         ends = np.array([0.0, *(each.at(1.0).t for each in self.trace)])
         found = [int(np.argmin(np.abs(ends - t))) for t in self.times]
         for k, t in zip(found, self.times, strict=True):
             if abs(ends[k] - t) > 1e-9 * self.options.duration:
                 raise SimulationError(f"no step of the run ends at the output time {t:g} s")
         return found
+
+    def outputs_after(self, steps: int) -> range:
+        """Return which outputs come after so many steps."""
+        return range(bisect_left(self.outputs, steps), bisect_right(self.outputs, steps))
 
     @property
     def moments(self) -> list[Moment]:

@@ -165,6 +165,5 @@ def reverse(course: Course, slopes: ChannelSlopes, weights: np.ndarray) -> np.nd
 
 def _take(course: Course, k: int, of_states: np.ndarray, bar: np.ndarray, bar_p: np.ndarray) -> None:
     """Add the gradients by the state after k steps."""
-    for output, step in enumerate(course.outputs):
-        if step == k:
-            bar[: course.ny] += course.reverse_closed(output, of_states[output], bar_p)
+    for output in course.outputs_after(k):
+        bar[: course.ny] += course.reverse_closed(output, of_states[output], bar_p)

@@ -83,7 +83,7 @@ class Observer:
         return found
 
     def places(self) -> list[int]:
-        """Return the place of each channel in the state; -1 of those that are no part of it."""
+        """Return the index of each channel in the state, -1 for those that are not in it."""
         packed, index = self.integration.packed, self.recorder.index
         of_column = {int(c): int(i) for source, i, _, c in self.recorder.columns.joints if source == STATE}
         for name, body in self.system.bodies.items():

@@ -189,6 +189,5 @@ def state_changes(course: Course) -> np.ndarray:
 
 
 def _put(course: Course, k: int, dz: np.ndarray, found: np.ndarray) -> None:
-    for output, step in enumerate(course.outputs):
-        if step == k:
-            found[output] = course.closed(output, dz[: course.ny])
+    for output in course.outputs_after(k):
+        found[output] = course.closed(output, dz[: course.ny])

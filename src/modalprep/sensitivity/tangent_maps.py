@@ -18,7 +18,7 @@ from modalprep.vectors import skew
 
 
 class Free(NamedTuple):
-    """A joint with a quaternion: places of its translation, quaternion, and their speeds."""
+    """A joint with a quaternion: the indices of its translation, its quaternion, and their speeds."""
 
     place: slice
     quaternion: slice

@@ -172,7 +172,7 @@ def _singles(packed: Packed) -> dict[str, int]:
 
 
 def _pairs(packed: Packed) -> list[tuple[int, int]]:
-    """Return the number of the speed and the place of the coordinate, of coordinates that are numbers."""
+    """Return the indices of the speed and of the coordinate, for coordinates that are single numbers."""
     single = [(u, x) for code, x, u, _ in packed.columns if KINDS[code].named]
     modal = [
         pair for _, x, u in packed.flexible for pair in zip(range(u.start, u.stop), range(x.start, x.stop), strict=True)
