@@ -48,7 +48,7 @@ def test_places_are_those_of_the_numbers():
         words = Image(equations(system)).words
         found = places.of(change)
         assert found, change.name
-        for at, factor in found:
+        for at, factor, _ in found:
             words[at // 8 :][:1].view(float)[:] = factor * (change.value + 0.7)
         wanted = Image(equations(change.make(system, change.value + 0.7))).words
         assert np.array_equal(words, wanted), change.name

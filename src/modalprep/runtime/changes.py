@@ -31,6 +31,8 @@ class Change:
     make : callable
         ``(system, value) -> system`` with another number.
     is_input : bool
+    moves : bool
+        Whether it is the value of a prescribed motion, whose rate and acceleration are inputs too.
     """
 
     name: str
@@ -39,14 +41,15 @@ class Change:
     value: float
     make: Callable[[System, float], System]
     is_input: bool = False
+    moves: bool = False
 
 
 def changes(system: System) -> list[Change]:
     """Return the inputs and then the parameters of a system.
 
-    An input is every drive, actuator force, component of a force or torque, and factor of forces on all points, that is
-    given as a number. Parameters are gravity, and the stiffness, damping and friction of joints and elements, where
-    they are not zero.
+    An input is every prescribed motion, drive, actuator force, component of a force or torque, and factor of forces on
+    all points, that is given as a number. Parameters are gravity, and the stiffness, damping and friction of joints and
+    elements, where they are not zero.
 
     Examples
     --------
@@ -57,8 +60,8 @@ def changes(system: System) -> list[Change]:
     >>> [each.name for each in changes(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,)))]
     ['hinge.drive_input', 'gravity[1]', 'gravity[2]', 'gravity[3]', 'hinge.damping']
     """
-    found = [*_drives(system), *_forces(system), *_gravity(system), *_of_joints(system), *_of_loads(system)]
-    return sorted(found, key=lambda each: not each.is_input)
+    inputs = [*_motions(system), *_drives(system), *_forces(system)]
+    return [*inputs, *_gravity(system), *_of_joints(system), *_of_loads(system)]
 
 
 def constant(function: TimeFunction | None) -> float | None:
@@ -79,6 +82,29 @@ def with_inputs(system: System) -> System:
         if change.is_input:
             system = change.make(system, change.value)
     return system
+
+
+def _motions(system: System) -> Iterator[Change]:
+    for joint in system.joints:
+        functions = joint.motion if isinstance(joint.motion, tuple) else (joint.motion,)
+        for k, function in enumerate(functions):
+            value = constant(function)
+            if value is not None:
+                unit = "m" if k < JOINT_TYPES[joint.type].translations else "rad"
+                name = f"{joint.name}.motion_input{_index(k, functions)}"
+                about = f"prescribed {'displacement' if unit == 'm' else 'angle'} of joint {joint.name}"
+                yield Change(name, unit, about, value, _moved(joint.name, k), is_input=True, moves=True)
+
+
+def _moved(name: str, k: int) -> Callable[[System, float], System]:
+    def make(system: System, value: float) -> System:
+        def changed(joint: Joint) -> Joint:
+            several = isinstance(joint.motion, tuple)
+            return replace(joint, motion=_replaced(joint.motion, k, as_input(value)) if several else as_input(value))
+
+        return replace(system, joints=tuple(changed(j) if j.name == name else j for j in system.joints))
+
+    return make
 
 
 def _drives(system: System) -> Iterator[Change]:

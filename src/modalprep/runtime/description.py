@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from modalprep import __version__
-from modalprep.runtime.model import Model, Variable
+from modalprep.runtime.model import INDICATORS, Model, Variable
 from modalprep.runtime.units import BASE
 
 STRUCTURED = re.compile(r"(der\()?[A-Za-z_]\w*(\.[A-Za-z_]\w*)*(\[\d+\])?\)?", re.ASCII)
@@ -26,15 +26,18 @@ def description(model: Model, name: str, version: str, kinds: Sequence[str]) -> 
 
 
 def _version2(model: Model, name: str, kinds: Sequence[str]) -> Element:
-    root = _root(model, name, fmiVersion="2.0", guid=model.token, numberOfEventIndicators="0")
+    count = str(sum(map(_is_indicator, model.variables)))
+    root = _root(model, name, fmiVersion="2.0", guid=model.token, numberOfEventIndicators=count)
     _begin(root, model, name, kinds, state="FMUstate")
+    for each in root.findall("CoSimulation"):
+        each.set("canInterpolateInputs", "true")
     variables = [INDEPENDENT, *model.variables]
     number = {each.reference: k for k, each in enumerate(variables, 1)}
     listed = SubElement(root, "ModelVariables")
     for each in variables:
         scalar = SubElement(listed, "ScalarVariable", _common(each))
         derivative = {} if each.derivative is None else {"derivative": str(number[each.derivative])}
-        SubElement(scalar, "Real", {**_start(each), **derivative, **_unit(each)})
+        SubElement(scalar, "Real", {**_start(each), **derivative, **_size(each), **_unit(each)})
     structure = SubElement(root, "ModelStructure")
     for tag, chosen in _structure("Outputs", "Derivatives", "InitialUnknowns"):
         part = SubElement(structure, tag)
@@ -50,11 +53,13 @@ def _version3(model: Model, name: str, kinds: Sequence[str]) -> Element:
     variables = [INDEPENDENT, *model.variables]
     for each in variables:
         derivative = {} if each.derivative is None else {"derivative": str(each.derivative)}
-        SubElement(listed, "Float64", {**_common(each), **_start(each), **derivative, **_unit(each)})
+        SubElement(listed, "Float64", {**_common(each), **_start(each), **derivative, **_size(each), **_unit(each)})
     structure = SubElement(root, "ModelStructure")
     for tag, chosen in _structure("Output", "ContinuousStateDerivative", "InitialUnknown"):
         for each in filter(chosen, variables):
             SubElement(structure, tag, valueReference=str(each.reference))
+    for each in filter(_is_indicator, variables):
+        SubElement(structure, "EventIndicator", valueReference=str(each.reference))
     return root
 
 
@@ -117,6 +122,14 @@ def _start(each: Variable) -> dict[str, str]:
     return {} if each.start is None else {"start": _number(each.start)}
 
 
+def _is_indicator(each: Variable) -> bool:
+    return each.reference >= INDICATORS
+
+
+def _size(each: Variable) -> dict[str, str]:
+    return {} if each.nominal is None else {"nominal": _number(each.nominal)}
+
+
 def _unit(each: Variable) -> dict[str, str]:
     return {"unit": each.unit} if each.unit else {}
 
@@ -130,5 +143,5 @@ def _structure(outputs: str, derivatives: str, unknowns: str) -> Iterable[tuple[
     return (
         (outputs, lambda each: each.causality in ("output", "state")),
         (derivatives, lambda each: each.derivative is not None),
-        (unknowns, lambda each: each.causality in ("output", "local")),
+        (unknowns, lambda each: each.causality in ("output", "local") and not _is_indicator(each)),
     )

@@ -16,6 +16,7 @@ from modalprep.multibody.model.system import System
 from modalprep.runtime.description import CO_SIMULATION, MODEL_EXCHANGE, description
 from modalprep.runtime.libraries import PLATFORMS, library
 from modalprep.runtime.model import Model, model_of
+from modalprep.runtime.terminals import terminals
 from modalprep.suggest import refuse_other, refuse_unknown
 
 VERSIONS = ("2", "3")
@@ -36,7 +37,8 @@ def write_fmu(
 
     Derivatives, outputs and the steps of co-simulation are those of `simulate`: the same compiled kernels. An FMU for
     model exchange leaves the steps to the program that imports it; quaternions and closed loops are put right at each
-    evaluation.
+    evaluation. Events that are expressions, limits of joints and straps that become slack are event indicators, and an
+    event that ends a run ends that of the FMU.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ def write_fmu(
     Raises
     ------
     InputError
-        When the system has what an FMU cannot carry: loads in Python, control laws, events that change it.
+        When the system has what an FMU cannot carry: loads in Python, control laws, events that change closures.
     NotInstalledError
         When there is no library for a platform and no compiler (`pip install 'modalprep[fmu]'`).
 
@@ -88,6 +90,9 @@ def write_fmu(
     with atomic_path(path) as temporary, ZipFile(temporary, "w", ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description(model, name, fmi, KINDS[kind]))
         archive.writestr("resources/model.bin", model.content)
+        if fmi == "3":
+            names = {each.name for each in model.variables}
+            archive.writestr("terminalsAndIcons/terminalsAndIcons.xml", terminals(system, names))
         for each, file in files.items():
             platform = PLATFORMS[each]
             folder = platform.fmi2 if fmi == "2" else platform.fmi3

@@ -23,23 +23,30 @@ from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.channels import STATE, Channels
 from modalprep.multibody.results.record import histories
 from modalprep.multibody.starts import Given, started
-from modalprep.runtime.changes import changes, with_inputs
+from modalprep.runtime.changes import Change, changes, with_inputs
 from modalprep.runtime.combinations import combinations
 from modalprep.runtime.image import Image
+from modalprep.runtime.indicators import COLUMN, COORDINATE, Code, Indicator, Unknown, kinks, of_event
 from modalprep.runtime.kinds import kind_of
-from modalprep.runtime.places import Place, Places
+from modalprep.runtime.nominals import nominals
+from modalprep.runtime.places import WORD, Place, Places
 from modalprep.runtime.refusals import refuse_changes, refuse_python
 from modalprep.runtime.roots import Outside
-from modalprep.runtime.units import unit_of
+from modalprep.runtime.units import RATE_OF, about_channel, unit_of
 
-STATES, RATES, CHANNELS, COMBINED, GIVEN = (k << 24 for k in range(1, 6))  # of value references: core.h
-MAGIC = b"MPMODEL1"
+# of value references: core.h
+STATES, RATES, CHANNELS, COMBINED, GIVEN, GIVEN_RATES, GIVEN_ACCELERATIONS, INDICATORS = (k << 24 for k in range(1, 9))
+MAGIC = b"MPMODEL2"
 TOKEN = 64
 WORK = "energy.work"
+VALUE = 1  # column of a knot
 
 
 class Variable(NamedTuple):
-    """A variable of an FMU; `derivative` is the value reference of the state whose rate it is."""
+    """A variable of an FMU.
+
+    `derivative` is the value reference of the state whose rate it is, `nominal` the size of a state.
+    """
 
     name: str
     reference: int
@@ -48,6 +55,7 @@ class Variable(NamedTuple):
     about: str
     start: float | None = None
     derivative: int | None = None
+    nominal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -114,8 +122,8 @@ def model_of(
     options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "longest": longest}
     integration = prepare(moved, times, start=state, shortest_event=shortest_event, **options)
     _refuse_change_point(integration)
-    packing = Packing(moved, integration, Places(moved, t_end, shortest_event))
-    notes = (*packing.notes, *_noted(events, integration))
+    packing = Packing(moved, integration, Places(moved, t_end, shortest_event), events)
+    notes = (*packing.notes, *_noted(integration))
     content, token = packing.content(auto=method == "auto")
     variables = _unique(packing.variables())
     kind = kind_of(integration.equations)
@@ -130,10 +138,7 @@ def _refuse_change_point(integration: Integration) -> None:
         )
 
 
-def _noted(events: Sequence[Event], integration: Integration) -> Iterator[str]:
-    if events:
-        names = ", ".join(event.name for event in events)
-        yield f"events that change nothing are not reported by the FMU: {names}"
+def _noted(integration: Integration) -> Iterator[str]:
     if integration.loading.loops:
         yield "the FMU does not look for change points of closed loops, which simulate reports"
 
@@ -156,7 +161,7 @@ class Packing:
         What is left out.
     """
 
-    def __init__(self, system: System, integration: Integration, places: Places) -> None:
+    def __init__(self, system: System, integration: Integration, places: Places, events: Sequence[Event]) -> None:
         self.system, self.integration = system, integration
         self.packed, self.loading = integration.packed, integration.loading
         self.loading.enter(*self.loading.stretches[0])
@@ -169,16 +174,59 @@ class Packing:
         self.notes: list[str] = []
         self.given = [*self._given(places)]
         self.combined = self._combined()
+        self.indicators = [*self._indicators(events)]
+        self.nominals = nominals(system, self.packed, np.asarray(self.watch.size))
 
     def _given(self, places: Places) -> Iterator[tuple[Any, list[Place]]]:
         for change in changes(self.system):
-            found = places.of(change)
+            found = self._in_knots(change, places.of(change))
             if found is not None and self._holds(change.value, found):
                 yield change, found
             elif change.is_input:
                 raise InputError(f"{change.name} cannot be an input of an FMU; give it as a function of time, as '0*t'")
             else:
                 self.notes.append(f"{change.name} is no parameter of the FMU: what follows from it is computed before")
+
+    def _in_knots(self, change: Change, places: list[Place] | None) -> list[Place] | None:
+        """Return the places of an input with the times of their knots; None where one is in no knot."""
+        if not change.is_input or places is None:
+            return places
+        found = [place for tables in _tables(self.integration.equations) for place in self._knots(tables, places)]
+        return found if len(found) == len(places) else None
+
+    def _knots(self, tables: Tables, places: list[Place]) -> Iterator[Place]:
+        knots = np.asarray(tables.knots)
+        first = self.image.of(knots)
+        for place in places:
+            row, column = divmod((place.at - first) // WORD, knots.shape[1])
+            if 0 <= row < len(knots) and column == VALUE:
+                begin = tables.knot[np.searchsorted(tables.knot, row, "right") - 1]
+                yield place._replace(later=float(knots[row, 0] - knots[begin, 0]))
+
+    def _indicators(self, events: Sequence[Event]) -> Iterator[Indicator]:
+        places = self._codes()
+        only = []
+        for event in events:
+            try:
+                yield of_event(event, places)
+            except Unknown as error:
+                if event.terminal:
+                    raise
+                self.notes.append(f"the FMU does not look for an event: {error}")
+            only += [] if event.terminal else [event.name]
+        if only:
+            self.notes.append(f"events that change nothing are reported in model exchange only: {', '.join(only)}")
+        yield from kinks(self.system, self.packed, places)
+
+    def _codes(self) -> dict[str, Code]:
+        """Return where the numbers of all channels are, as codes: states need no evaluation."""
+        found = {label: (COLUMN, float(column)) for label, column in self._columns()}
+        return found | {name: (COORDINATE, float(k)) for k, name in enumerate(self.state_names)}
+
+    def _columns(self) -> Iterator[tuple[str, int]]:
+        for name, place in self.channels.index.items():
+            numbers = range(place.start, place.stop) if isinstance(place, slice) else [place]
+            yield from zip(_labels(name, place), numbers, strict=True)
 
     def _holds(self, value: float, places: list[Place]) -> bool:
         """Whether the places hold multiples of the value: images of the equations and of all records begin alike."""
@@ -201,34 +249,45 @@ class Packing:
 
     def variables(self) -> list[Variable]:
         """Return the variables of the FMU, without the time."""
-        return [*self._changeable(), *self._states(), *self._rates(), *self._outputs()]
+        found = [*self._changeable(), *self._states(), *self._rates(), *self._outputs()]
+        return [*found, *self._event_values()]
 
     def _changeable(self) -> Iterator[Variable]:
         for k, (change, _) in enumerate(self.given):
             causality = "input" if change.is_input else "parameter"
             yield Variable(change.name, GIVEN + k, causality, change.unit, change.about, change.value)
+            if change.moves:
+                for part, first in (("rate", GIVEN_RATES), ("acceleration", GIVEN_ACCELERATIONS)):
+                    name = change.name.replace(".motion_input", f".motion_{part}_input")
+                    unit = f"{change.unit}/s{'' if part == 'rate' else '2'}"
+                    yield Variable(name, first + k, causality, unit, f"{part} of the {change.about}", 0.0)
 
     def _states(self) -> Iterator[Variable]:
         for k, name in enumerate(self.state_names):
             start = float(self.integration.steps.y[k])
-            yield Variable(name, STATES + k, "state", self._unit(name), "state: its start value may be set", start)
+            about = f"{about_channel(name)}; state: its start value may be set"
+            size = float(self.nominals[k])
+            yield Variable(name, STATES + k, "state", self._unit(name), about, start, nominal=size)
 
     def _rates(self) -> Iterator[Variable]:
         for k, name in enumerate(self.state_names):
-            yield Variable(f"der({name})", RATES + k, "local", "", "", derivative=STATES + k)
+            unit = RATE_OF.get(self._unit(name), "")
+            yield Variable(f"der({name})", RATES + k, "local", unit, f"rate of {name}", derivative=STATES + k)
 
     def _outputs(self) -> Iterator[Variable]:
         states = set(self.state_names)
-        for name, columns in self.channels.index.items():
-            numbers = range(columns.start, columns.stop) if isinstance(columns, slice) else [columns]
-            for label, column in zip(_labels(name, columns), numbers, strict=True):
-                if label not in states:
-                    yield Variable(label, CHANNELS + column, "output", self._unit(label), "")
+        for label, column in self._columns():
+            if label not in states:
+                yield Variable(label, CHANNELS + column, "output", self._unit(label), about_channel(label))
         number = 0
         for name, matrix in self.combined.items():
             for label in _labels(name, slice(matrix.shape[0]) if matrix.shape[0] > 1 else 0):
-                yield Variable(label, COMBINED + number, "output", self._unit(label), "")
+                yield Variable(label, COMBINED + number, "output", self._unit(label), about_channel(label))
                 number += 1
+
+    def _event_values(self) -> Iterator[Variable]:
+        for k, each in enumerate(self.indicators):
+            yield Variable(each.name, INDICATORS + k, "local", "", each.about)
 
     def _unit(self, label: str) -> str:
         return unit_of(self.system, label.partition("[")[0], self.channels.index)
@@ -236,10 +295,7 @@ class Packing:
     @property
     def state_names(self) -> list[str]:
         """Names of the numbers of a state (ny,): those of their channels."""
-        columns = {}
-        for name, place in self.channels.index.items():
-            first = place.start if isinstance(place, slice) else place
-            columns |= {first + k: label for k, label in enumerate(_labels(name, place))}
+        columns = {column: label for label, column in self._columns()}
         names = [""] * len(self.integration.steps.y)
         for source, k, _, column in self.channels.columns.joints.tolist():
             if source == STATE:
@@ -273,7 +329,7 @@ class Packing:
         """Return what follows the head of the file, and how much of each, as core.h has it."""
         given, places = [], []
         for change, own in self.given:
-            given.append((len(places), len(own), change.value))
+            given.append((len(places), len(own), change.moves, change.value))
             places += own
         matrices = list(self.combined.values())
         rows = [row for matrix in matrices for row in _rows(matrix)]
@@ -284,18 +340,31 @@ class Packing:
         inputs = sum(change.is_input for change, _ in self.given)
         sizes = [len(self.image.bytes), len(self.image.relocations), len(self.integration.steps.y)]
         sizes += [self.channels.width, len(rows), len(terms), len(given), inputs, len(places), len(stretches)]
+        codes = [code for each in self.indicators for code in each.codes]
         middles = sorted(set(middles))
         arrays = [
             self.image.bytes,
             np.array(self.image.relocations, dtype=np.int64),
             first.astype(np.int64),
             np.array(terms, dtype=[("column", "<i8"), ("factor", "<f8")]),
-            np.array(given, dtype=[("first", "<i8"), ("count", "<i8"), ("start", "<f8")]),
-            np.array([tuple(p) for p in places], dtype=[("at", "<i8"), ("factor", "<f8")]),
+            np.array(given, dtype=[("first", "<i8"), ("count", "<i8"), ("moves", "<i8"), ("start", "<f8")]),
+            np.array([tuple(p) for p in places], dtype=[("at", "<i8"), ("factor", "<f8"), ("later", "<f8")]),
             stretches,
             np.array(middles, dtype=np.int64),
+            self._of_indicators(),
+            np.array(codes, dtype=[("operation", "<i8"), ("number", "<f8")]),
+            self.nominals,
         ]
-        return arrays, [*sizes, len(middles)]
+        return arrays, [*sizes, len(middles), len(self.indicators), len(codes)]
+
+    def _of_indicators(self) -> np.ndarray:
+        ends = np.cumsum([0, *(len(each.codes) for each in self.indicators)])
+        rows = [
+            (first, len(each.codes), each.direction, each.terminal, each.name.removeprefix("event.").encode())
+            for first, each in zip(ends, self.indicators, strict=False)
+        ]
+        numbers = [(name, "<i8") for name in ("first", "count", "direction", "terminal")]
+        return np.array(rows, dtype=[*numbers, ("name", "S64")])
 
 
 def _rows(matrix: Any) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -18,10 +18,15 @@ WORD = 8
 
 
 class Place(NamedTuple):
-    """A number of an image, in bytes from its begin, that is a factor times a value."""
+    """A number of an image, in bytes from its begin, that is a factor times a value.
+
+    `later` is how much the time of its knot is after that of the first knot of a function of time, s; negative where it
+    is in no knot.
+    """
 
     at: int
     factor: float
+    later: float = -1.0
 
 
 class Places:

@@ -48,7 +48,39 @@ OF_PART = {  # last part of a channel's name
     "length": "m",
     "tension": "N",
 }
+RATE_OF = {"rad": "rad/s", "rad/s": "rad/s2", "m": "m/s", "m/s": "m/s2", "J": "W"}  # units of rates
+ABOUT = {  # last part of a channel's name, where it is not the description itself
+    "rate": "rate of the angle",
+    "speed": "rate of the displacement",
+    "drive": "force or torque of drive, spring and damper",
+    "modal": "modal coordinate (m sqrt(kg))",
+    "modal_rate": "rate of the modal coordinate (m sqrt(kg)/s)",
+    "origin": "position of the frame, inertial axes,",
+    "orientation": "quaternion w, x, y, z of the frame",
+    "position": "position, inertial axes,",
+    "velocity": "velocity, inertial axes,",
+    "deflection": "elastic deflection, axes of the body,",
+    "multiplier": "force of the condition",
+    "violation": "error of the condition",
+}
 OF_TOTAL = {"linear": "kg.m/s", "angular": "kg.m2/s", "input": "W"}
+
+
+def about_channel(label: str) -> str:
+    """Return the description of a channel.
+
+    Examples
+    --------
+    >>> about_channel("arm.tip.position[2]"), about_channel("energy.kinetic")
+    ('position, inertial axes, of arm.tip, component 2', 'kinetic energy')
+    """
+    name, _, number = label.partition("[")
+    owner, _, part = name.rpartition(".")
+    if owner in ("energy", "momentum", "power"):
+        text = f"{part} {owner}" if part != "work" else "work of forces, drives and prescribed motions"
+    else:
+        text = f"{ABOUT.get(part, part.replace('_', ' '))} of {owner}"
+    return f"{text}, component {number[:-1]}" if number else text
 
 
 def unit_of(system: System, name: str, channels: Collection[str]) -> str:

@@ -93,7 +93,7 @@ static int read_model(Model *model, const char *path) {
   model->file = whole_file(path, &size);
   if (!model->file || size < sizeof(Head)) return FAILED;
   const Head *h = model->head = (const Head *)model->file;
-  if (memcmp(h->magic, "MPMODEL1", 8)) return FAILED;
+  if (memcmp(h->magic, "MPMODEL2", 8)) return FAILED;
   const char *from = model->file + sizeof(Head);
   model->image = next(&from, h->image);
   model->relocations = next(&from, 8 * h->relocations);
@@ -103,6 +103,9 @@ static int read_model(Model *model, const char *path) {
   model->places = next(&from, (I)sizeof(Place) * h->places);
   model->stretches = next(&from, (I)sizeof(Stretch) * h->stretches);
   model->middles = next(&from, 8 * h->middles);
+  model->indicators = next(&from, (I)sizeof(Indicator) * h->indicators);
+  model->codes = next(&from, (I)sizeof(Code) * h->codes);
+  model->nominals = next(&from, 8 * h->states);
   return from == model->file + size;
 }
 
@@ -116,11 +119,26 @@ static void relocate(const Model *model, char *memory, uint64_t by) {
   }
 }
 
-static void put_given(Core *core, I k, double value) {
-  const Given *given = core->model.given + k;
-  core->given[k] = value;
-  for (I p = given->first; p < given->first + given->count; p++)
-    *number(core, core->model.places[p].at) = core->model.places[p].factor * value;
+enum { VALUE, FIRST, SECOND, THIRD, SINCE, OF_A_GIVEN }; /* what is kept of an input: with its derivatives */
+static double *given(Core *core, I k, int what) { return core->given + k + what * head(core)->given; }
+
+/* An input goes on from the time at which it was given, by its derivatives: a knot of its function. */
+static void put_knot(Core *core, I k, const Place *place) {
+  double q = *given(core, k, VALUE), r = *given(core, k, FIRST), a = *given(core, k, SECOND), j = *given(core, k, THIRD);
+  double s = place->later;
+  double *knot = number(core, place->at) - 1; /* time, value, rate, acceleration */
+  if (r != 0 || a != 0 || j != 0) knot[0] = *given(core, k, SINCE) + s;
+  knot[1] = place->factor * (q + s * (r + s * (a / 2 + s * j / 6)));
+  knot[2] = place->factor * (r + s * (a + s * j / 2));
+  knot[3] = place->factor * (a + s * j);
+}
+
+static void put_given(Core *core, I k) {
+  const Given *own = core->model.given + k;
+  for (const Place *p = core->model.places + own->first; p < core->model.places + own->first + own->count; p++) {
+    if (p->later < 0) *number(core, p->at) = p->factor * *given(core, k, VALUE);
+    else put_knot(core, k, p);
+  }
 }
 
 static void enter_stretch(Core *core, I number_of) {
@@ -131,13 +149,18 @@ static void enter_stretch(Core *core, I number_of) {
   core->derived = core->observed = 0;
 }
 
+/* How many numbers are kept beside the image. */
+static size_t kept(Core *core) { return (size_t)(OF_A_GIVEN * head(core)->given + head(core)->indicators); }
+
 void core_reset(Core *core) {
   memcpy(core->memory, core->model.image, (size_t)head(core)->image);
   relocate(&core->model, core->memory, (uint64_t)(uintptr_t)core->memory);
-  for (I k = 0; k < head(core)->given; k++) core->given[k] = core->model.given[k].start;
+  memset(core->given, 0, 8 * kept(core));
+  for (I k = 0; k < head(core)->given; k++) *given(core, k, VALUE) = core->model.given[k].start;
   core->method = head(core)->method;
   core->t = core->before = core->model.stretches[0].begin;
   core->changeable = 1;
+  core->ended = 0;
   enter_stretch(core, 0);
 }
 
@@ -152,8 +175,10 @@ Core *core_new(const char *file, const char *token, void *owner, Say say) {
     fail(core, "the modelDescription.xml is that of another FMU: the GUID or instantiation token differs");
   } else {
     core->raw = malloc((size_t)head(core)->image + ALIGNMENT);
-    core->given = calloc((size_t)head(core)->given + 1, sizeof(double));
-    if (core->raw && core->given) {
+    core->given = calloc(kept(core) + 1, sizeof(double));
+    core->back = core_watches(core) ? malloc(core_saved_size(core)) : malloc(1);
+    if (core->raw && core->given && core->back) {
+      core->side = core->given + OF_A_GIVEN * head(core)->given;
       core->memory = (char *)(((uintptr_t)core->raw + ALIGNMENT - 1) & ~(uintptr_t)(ALIGNMENT - 1));
       core_reset(core);
       return core;
@@ -169,6 +194,7 @@ void core_free(Core *core) {
   free(core->model.file);
   free(core->raw);
   free(core->given);
+  free(core->back);
   free(core);
 }
 
@@ -185,7 +211,7 @@ static int derive(Core *core) {
   return core->derived ? DONE : failed_at(core, "the accelerations cannot be computed");
 }
 
-static int observe(Core *core) {
+int core_observe(Core *core) {
   void *nothing = 0, *raised = 0;
   if (core->observed) return DONE;
   if (!derive(core)) return FAILED;
@@ -208,6 +234,7 @@ int core_initialise(Core *core) {
   memcpy(at(core, head(core)->y), at(core, head(core)->state), 8 * (size_t)head(core)->states);
   core->before = core->t;
   core->changeable = 0;
+  core_begin_events(core);
   return DONE;
 }
 
@@ -238,18 +265,37 @@ int core_get(Core *core, uint32_t reference, double *value) {
       return DONE;
     case CHANNEL:
       if (k >= h->width) break;
-      if (!observe(core)) return FAILED;
+      if (!core_observe(core)) return FAILED;
       *value = number(core, h->row)[k];
       return DONE;
     case COMBINED:
       if (k >= h->combined) break;
-      return observe(core) && combine(core, k, value);
+      return core_observe(core) && combine(core, k, value);
     case GIVEN:
       if (k >= h->given) break;
-      *value = core->given[k];
+      *value = *given(core, k, VALUE);
       return DONE;
+    case GIVEN_RATE:
+    case GIVEN_ACCELERATION:
+      if (k >= h->inputs) break;
+      *value = *given(core, k, (reference & KIND_OF_VARIABLE) == GIVEN_RATE ? FIRST : SECOND);
+      return DONE;
+    case INDICATOR:
+      if (k >= h->indicators) break;
+      return core_indicator(core, k, value);
   }
   return fail(core, "there is no variable with this value reference");
+}
+
+static int put_derivative(Core *core, I k, int what, double value) {
+  if (!isfinite(value)) return fail(core, "a derivative that is to be set is not finite");
+  if (*given(core, k, what) == 0 && value == 0) return DONE;
+  *given(core, k, what) = value;
+  *given(core, k, SINCE) = core->t;
+  put_given(core, k);
+  core->derived = core->observed = 0;
+  core->restart = 1;
+  return DONE;
 }
 
 int core_set(Core *core, uint32_t reference, double value) {
@@ -257,8 +303,14 @@ int core_set(Core *core, uint32_t reference, double value) {
   int kind = reference & KIND_OF_VARIABLE;
   if (!isfinite(value)) return fail(core, "a value that is to be set is not finite");
   if (kind == GIVEN && k < head(core)->given && (k < head(core)->inputs || core->changeable)) {
-    if (core->given[k] == value) return DONE;
-    put_given(core, k, value);
+    int moves = core->model.given[k].moves;
+    if (*given(core, k, VALUE) == value && !moves && *given(core, k, FIRST) == 0) return DONE;
+    *given(core, k, VALUE) = value;
+    if (!moves) *given(core, k, FIRST) = *given(core, k, SECOND) = 0;
+    *given(core, k, SINCE) = core->t;
+    put_given(core, k);
+  } else if ((kind == GIVEN_RATE || kind == GIVEN_ACCELERATION) && k < head(core)->inputs && core->model.given[k].moves) {
+    return put_derivative(core, k, kind == GIVEN_RATE ? FIRST : SECOND, value);
   } else if (kind == STATE && k < head(core)->states && core->changeable) {
     number(core, head(core)->y)[k] = value;
   } else {
@@ -267,6 +319,16 @@ int core_set(Core *core, uint32_t reference, double value) {
   core->derived = core->observed = 0;
   core->restart = 1;
   return DONE;
+}
+
+/* Set a derivative of an input, after its value; those of a prescribed motion are inputs, but that of its acceleration. */
+int core_set_derivative(Core *core, uint32_t reference, int order, double value) {
+  I k = reference & NUMBER_OF_VARIABLE;
+  int kind = reference & KIND_OF_VARIABLE;
+  if (kind < GIVEN || kind > GIVEN_ACCELERATION || k >= head(core)->inputs || order < 1 || order > 2)
+    return fail(core, "a derivative is of an order above 2, or not that of an input");
+  if (!core->model.given[k].moves) return put_derivative(core, k, order == 1 ? FIRST : SECOND, value);
+  return kind == GIVEN_ACCELERATION && order == 1 ? put_derivative(core, k, THIRD, value) : DONE;
 }
 
 void core_time(Core *core, double t) {
@@ -338,44 +400,46 @@ static int begin(Core *core, double end) {
   return status == GOOD ? DONE : failed_at(core, "the accelerations cannot be computed");
 }
 
-static int advance(Core *core, double end) {
+/* Take steps up to a time, or one step; UNDERWAY before the end. */
+int core_advance(Core *core, double end, int once) {
   I code = RUNNING;
   void *raised = 0;
   if (core->restart && !begin(core, end)) return FAILED;
   do {
     kernels()->advance(&code, &raised, at(core, head(core)->equations), at(core, head(core)->run),
-                       at(core, head(core)->watch), core->method, end, MOST_STEPS);
+                       at(core, head(core)->watch), core->method, end, once ? 1 : MOST_STEPS);
     core->t = *number(core, head(core)->time);
     if (code == COLLAPSED && head(core)->may_change && core->method != EXPLICIT) {
       core->method = EXPLICIT; /* as the native run goes on without an implicit method that does not converge */
       if (!begin(core, end)) return FAILED;
       code = RUNNING;
     }
-  } while (code == RUNNING);
+  } while (code == RUNNING && !once);
   core->derived = core->observed = 0;
+  if (code == RUNNING) return UNDERWAY;
   return code == REACHED ? DONE : stopped(core, code);
 }
 
 int core_step(Core *core, double end) {
   if (!within(core, end)) return FAILED;
-  while (core->t < end) {
+  while (core->t < end && !core->ended) {
     core_next_stretch(core);
     double stop = fmin(end, core_next_break(core));
-    if (!advance(core, stop)) return FAILED;
+    if (!(core_watches(core) ? core_advance_to_event(core, stop) : core_advance(core, stop, 0))) return FAILED;
   }
   return DONE;
 }
 
 /* A saved state: the present of the instance, the values given, the image with relative addresses. */
-typedef struct { double t, before; I stretch, method, restart, changeable; } Present;
+typedef struct { double t, before; I stretch, method, restart, changeable, ended; } Present;
 
 size_t core_saved_size(Core *core) {
-  return sizeof(Present) + 8 * (size_t)head(core)->given + (size_t)head(core)->image;
+  return sizeof(Present) + 8 * kept(core) + (size_t)head(core)->image;
 }
 
 void core_save(Core *core, char *to) {
-  Present p = { core->t, core->before, core->stretch, core->method, core->restart, core->changeable };
-  size_t given = 8 * (size_t)head(core)->given;
+  Present p = { core->t, core->before, core->stretch, core->method, core->restart, core->changeable, core->ended };
+  size_t given = 8 * kept(core);
   memcpy(to, &p, sizeof p);
   memcpy(to + sizeof p, core->given, given);
   memcpy(to + sizeof p + given, core->memory, (size_t)head(core)->image);
@@ -384,14 +448,14 @@ void core_save(Core *core, char *to) {
 
 int core_restore(Core *core, const char *from, size_t size) {
   Present p;
-  size_t given = 8 * (size_t)head(core)->given;
+  size_t given = 8 * kept(core);
   if (size != core_saved_size(core)) return fail(core, "the saved state is that of another FMU");
   memcpy(&p, from, sizeof p);
   memcpy(core->given, from + sizeof p, given);
   memcpy(core->memory, from + sizeof p + given, (size_t)head(core)->image);
   relocate(&core->model, core->memory, (uint64_t)(uintptr_t)core->memory);
   core->t = p.t, core->before = p.before, core->stretch = p.stretch, core->method = p.method;
-  core->restart = (int)p.restart, core->changeable = (int)p.changeable;
+  core->restart = (int)p.restart, core->changeable = (int)p.changeable, core->ended = (int)p.ended;
   core->derived = core->observed = 0;
   return DONE;
 }

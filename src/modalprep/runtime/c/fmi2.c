@@ -163,6 +163,7 @@ API Status fmi2EnterEventMode(void *c) { return OK; }
 API Status fmi2NewDiscreteStates(void *c, EventInfo *info) {
   core_next_stretch(CORE(c));
   memset(info, 0, sizeof *info);
+  info->terminate = core_events(CORE(c));
   double next = core_next_break(CORE(c));
   info->defined = isfinite(next);
   info->next = info->defined ? next : 0;
@@ -186,16 +187,23 @@ API Status fmi2GetContinuousStates(void *c, double x[], size_t n) {
   return OK;
 }
 API Status fmi2GetDerivatives(void *c, double x[], size_t n) { RESULT(core_rates(CORE(c), x)); }
-API Status fmi2GetEventIndicators(void *c, double z[], size_t n) { return n ? ERROR : OK; }
+API Status fmi2GetEventIndicators(void *c, double z[], size_t n) { RESULT(core_indicators(CORE(c), z)); }
 API Status fmi2GetNominalsOfContinuousStates(void *c, double x[], size_t n) {
-  for (size_t k = 0; k < n; k++) x[k] = 1;
+  memcpy(x, CORE(c)->model.nominals, n * sizeof *x);
   return OK;
 }
 
 /* co-simulation */
-API Status fmi2DoStep(void *c, double t, double h, int no_return) { RESULT(core_step(CORE(c), t + h)); }
+API Status fmi2DoStep(void *c, double t, double h, int no_return) {
+  if (!core_step(CORE(c), t + h)) return ERROR;
+  return CORE(c)->ended ? DISCARD : OK; /* fmi2Terminated says that an event has ended the run */
+}
 API Status fmi2CancelStep(void *c) { return ERROR; }
-API Status fmi2SetRealInputDerivatives(void *c, const unsigned r[], size_t n, const int order[], const double v[]) { return n ? ERROR : OK; }
+API Status fmi2SetRealInputDerivatives(void *c, const unsigned r[], size_t n, const int order[], const double v[]) {
+  for (size_t k = 0; k < n; k++)
+    if (!core_set_derivative(CORE(c), r[k], order[k], v[k])) return ERROR;
+  return OK;
+}
 API Status fmi2GetRealOutputDerivatives(void *c, const unsigned r[], size_t n, const int order[], double v[]) { return n ? ERROR : OK; }
 API Status fmi2GetStatus(void *c, int kind, Status *v) { return DISCARD; }
 API Status fmi2GetRealStatus(void *c, int kind, double *v) {
@@ -204,5 +212,9 @@ API Status fmi2GetRealStatus(void *c, int kind, double *v) {
   return OK;
 }
 API Status fmi2GetIntegerStatus(void *c, int kind, int *v) { return DISCARD; }
-API Status fmi2GetBooleanStatus(void *c, int kind, int *v) { return DISCARD; }
+API Status fmi2GetBooleanStatus(void *c, int kind, int *v) {
+  if (kind != 3) return DISCARD; /* fmi2Terminated */
+  *v = CORE(c)->ended;
+  return OK;
+}
 API Status fmi2GetStringStatus(void *c, int kind, const char **v) { return DISCARD; }

@@ -16,6 +16,7 @@ typedef struct {
   Core *core;
   void *environment;
   Logger logger;
+  bool early; /* whether a step may return before its end */
 } FMU;
 typedef struct {
   size_t size;
@@ -65,7 +66,9 @@ API void *fmi3InstantiateModelExchange(const char *name, const char *token, cons
 API void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *folder, bool visible, bool logging,
                                       bool events, bool early, const R needed[], size_t n, void *environment,
                                       Logger logger, void *update) {
-  return instantiate(token, folder, environment, logger);
+  FMU *f = instantiate(token, folder, environment, logger);
+  if (f) f->early = early;
+  return f;
 }
 API void *fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *folder, bool visible,
                                             bool logging, void *environment, Logger logger, void *update, void *lock,
@@ -171,7 +174,8 @@ API Status fmi3EvaluateDiscreteStates(void *c) { return OK; }
 API Status fmi3UpdateDiscreteStates(void *c, bool *again, bool *terminate, bool *nominals, bool *values, bool *defined, double *next) {
   core_next_stretch(CORE(c));
   double end = core_next_break(CORE(c));
-  *again = *terminate = *nominals = *values = false;
+  *again = *nominals = *values = false;
+  *terminate = core_events(CORE(c));
   *defined = isfinite(end);
   *next = *defined ? end : 0;
   return OK;
@@ -194,13 +198,13 @@ API Status fmi3GetContinuousStates(void *c, double x[], size_t n) {
   return OK;
 }
 API Status fmi3GetContinuousStateDerivatives(void *c, double x[], size_t n) { RESULT(core_rates(CORE(c), x)); }
-API Status fmi3GetEventIndicators(void *c, double z[], size_t n) { return n ? ERROR : OK; }
+API Status fmi3GetEventIndicators(void *c, double z[], size_t n) { RESULT(core_indicators(CORE(c), z)); }
 API Status fmi3GetNominalsOfContinuousStates(void *c, double x[], size_t n) {
-  for (size_t k = 0; k < n; k++) x[k] = 1;
+  memcpy(x, CORE(c)->model.nominals, n * sizeof *x);
   return OK;
 }
 API Status fmi3GetNumberOfEventIndicators(void *c, size_t *n) {
-  *n = 0;
+  *n = (size_t)CORE(c)->model.head->indicators;
   return OK;
 }
 API Status fmi3GetNumberOfContinuousStates(void *c, size_t *n) {
@@ -211,8 +215,10 @@ API Status fmi3GetNumberOfContinuousStates(void *c, size_t *n) {
 /* co-simulation */
 API Status fmi3EnterStepMode(void *c) { return OK; }
 API Status fmi3DoStep(void *c, double t, double h, bool no_return, bool *event, bool *terminate, bool *early, double *last) {
-  *event = *terminate = *early = false;
+  *event = false;
   int done = core_step(CORE(c), t + h);
+  *terminate = CORE(c)->ended;
+  *early = *terminate && ((FMU *)c)->early;
   *last = CORE(c)->t;
   RESULT(done);
 }
