@@ -16,6 +16,7 @@ from modalprep.formats.export import EXPORTS, export_body
 from modalprep.formats.mbdyn import VERSIONS
 from modalprep.formats.modalfile import SHAPES
 from modalprep.formats.sid import DIALECTS
+from modalprep.pipeline.exporting import SYSTEM_EXPORTS
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 FIRST = {  # how a file of each format begins, or what its beginning holds
@@ -180,7 +181,11 @@ def test_page_names_every_dataset(page, file):
 
 
 def test_page_names_every_format_and_variant(page):
-    assert set(re.findall(r"^\| `--to (\w+)` \|", page, re.MULTILINE)) == {*EXPORTS, "fmu"}  # a system, not a body
+    assert set(re.findall(r"^\| `--to (\w+)` \|", page, re.MULTILINE)) == {
+        *EXPORTS,
+        "fmu",
+        *SYSTEM_EXPORTS,
+    }
     for variant in (*DIALECTS, *VERSIONS):
         assert f"`{variant}`" in page
 

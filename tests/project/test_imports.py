@@ -57,7 +57,7 @@ LAYERS = {
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
         "schema.reduction", "schema.responses", "schema", "building", "systems", "responses", "film", "view",
-        "fmu", "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
+        "fmu", "exporting", "drawn", "pictures", "outcome", "pages", "run", "study", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
@@ -92,7 +92,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     # of the model, what the cells of a mesh are, and how matrices of other programs are read
     ("formats", "fe"): {
         "fe.mesh.cells", "fe.mesh.facets", "fe.mesh.mesh", "fe.readers.abaqus.lexer", "fe.readers.abaqus.matrices",
-        "fe.readers.entries",
+        "fe.readers.entries", "fe.readers.surface",
         *(f"fe.external.{name}" for name in "archive files model output4".split()),
     },
     ("report", "fe"): {"fe.mesh.cells", "fe.mesh.facets"},

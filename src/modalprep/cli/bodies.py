@@ -178,10 +178,8 @@ def check(
 
 @app.command()
 def export(
-    file: Annotated[
-        Path, typer.Argument(help="Modal file (HDF5), or for fmu a pipeline file (TOML) with [simulation].")
-    ],
-    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; fmu of a system.")],
+    file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or the pipeline file (TOML) of a system.")],
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; of a system fmu, urdf.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,
@@ -221,14 +219,19 @@ def export(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Write a body for another program, or a system as an FMU."""
+    """Write a body or a system for another program, or a system as an FMU."""
     if to == "fmu":
         _refuse_given("fmu", dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
         _export_fmu(
             file, target, {"fmi": fmi or "2", "kind": kind or "both", "platforms": platform or ()}, output, as_json
         )
         return
-    _refuse_given(to, fmi=fmi, kind=kind, platform=platform, output=output)
+    _refuse_given(to, fmi=fmi, kind=kind, platform=platform)
+    if to == "urdf":
+        _refuse_given(to, dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
+        _export_system(file, to, target, output, as_json)
+        return
+    _refuse_given(to, output=output)
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.building.sources import claiming, refuse_overwriting
@@ -278,6 +281,22 @@ def _export_fmu(file: Path, target: Path | None, options: dict[str, Any], output
     if as_json:
         said = {"method": model.method, "variables": len(model.variables)}
         print_json({"files": [str(f) for f in reporter.files], "notes": list(model.notes), **said})
+
+
+def _export_system(file: Path, to: str, target: Path | None, output: Path | None, as_json: bool) -> None:
+    """Write the system of a pipeline file for another program."""
+    from modalprep.pipeline.building.sources import claiming
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.exporting import SYSTEM_EXPORTS, export_system
+
+    reporter = Reporter(quiet=as_json)
+    beside = file.with_suffix(SYSTEM_EXPORTS[to].suffix)
+    with claiming({} if target else {beside: file}):
+        notes = export_system(file, to, output, reporter, target=target)
+    for note in notes:
+        reporter.note(note)
+    if as_json:
+        print_json({"files": [str(f) for f in reporter.files], "notes": notes})
 
 
 def _synthetic(

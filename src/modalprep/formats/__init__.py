@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from modalprep.formats.responsefile import write_response as write_response
     from modalprep.formats.resultfile import read_csv as read_csv
     from modalprep.formats.resultfile import write_csv as write_csv
+    from modalprep.formats.robots.read import read_mjcf as read_mjcf
+    from modalprep.formats.robots.read import read_urdf as read_urdf
+    from modalprep.formats.robots.write import write_urdf as write_urdf
     from modalprep.formats.sid import write_sid as write_sid
     from modalprep.formats.statefile import read_state as read_state
     from modalprep.formats.statefile import write_state as write_state
     from modalprep.formats.statespace import write_state_space as write_state_space
     from modalprep.formats.uff import write_uff as write_uff
-    from modalprep.formats.urdf import read_urdf as read_urdf
     from modalprep.formats.vtu import write_vtu as write_vtu
     from modalprep.formats.vtu import write_vtu_series as write_vtu_series
 else:  # type checkers would take any name

@@ -17,6 +17,7 @@ from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.momenta import unaudited
+from modalprep.multibody.results.ranges import left_ranges, range_channel
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.ringing import ringing
@@ -172,12 +173,14 @@ def simulate(
         outcome = integration.run(recorder.add, progress, keep)
     result = recorder.result(outcome.status, _message(outcome, integration), outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
+    ranged = {joint.name: result[range_channel(joint)] for joint in system.joints if joint.range is not None}
     notes = (
         *system.notes,
         *unaudited(recorder.parts),
         *idle_closures(system, events),
         *integration.change_points.notes(),
         *large_deflections(system.bodies, result.time, modal),
+        *left_ranges(system.joints, result.time, ranged),
         *(_ringing(integration, result, modal) if state is None else ()),
         *integration.notes(),
         *time_notes(system, t_end, shortest_event),

@@ -35,6 +35,7 @@ WELL = (
     r"miss the sine by",
     r"their peaks are listed, without curves$",
     r"^pictures not drawn: ",
+    r"^pictures of links that are missing or neither ",
     r"coordinates are kept; they represent at least",
     r"hexahedra of 20 nodes are integrated with ",
     r"has the integration of its property, ",

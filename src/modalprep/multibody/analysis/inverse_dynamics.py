@@ -14,6 +14,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.inverse_closed import drive_loops
 from modalprep.multibody.analysis.tangent import SystemTangent
+from modalprep.multibody.evaluation.coordinates import coordinates
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
@@ -22,6 +23,7 @@ from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.step_bounds import step_bounds
 from modalprep.multibody.packing.time_tables import tabulate
 from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.results.ranges import left_ranges
 from modalprep.multibody.results.validity import large_deflections
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
@@ -46,7 +48,7 @@ class InverseDynamics(Record):
     y, udot : (nt, nx + nu), (nt, nu)
         States, which `coordinates` reads by name, and accelerations.
     notes : tuple of str
-        Bodies that deflect by more than a tenth of their size.
+        Bodies that deflect by more than a tenth of their size, and joints that leave their range.
     """
 
     time: np.ndarray
@@ -182,7 +184,9 @@ def _result(
     for name, body in system.bodies.items():
         first = packed.modes_of(name).start
         modal[name] = y[:, first : first + body.n]
-    notes = large_deflections(system.bodies, times, modal)
+    at = coordinates(system, y, times)
+    ranged = {each.name: at.joint(each.name).position[..., 0] for each in system.joints if each.range is not None}
+    notes = (*large_deflections(system.bodies, times, modal), *left_ranges(system.joints, times, ranged))
     return InverseDynamics(time=times, force=force, modal=modal, y=y, udot=udot, notes=notes)
 
 

@@ -47,6 +47,13 @@ def _elements(value: HingeElement | Sequence[HingeElement], what: str = "") -> t
     return (value,) if isinstance(value, HingeElement) else tuple(value)
 
 
+def _range(value: Sequence[float], what: str = "") -> tuple[float, float]:
+    found = tuple(float(each) for each in value)
+    if len(found) != 2 or not found[0] < found[1]:
+        raise InputError(f"{what}: {list(found)} must be two numbers, the lower one first")
+    return found[0], found[1]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Joint(Record):
     """The hinge between a parent's interface (or the ground) and the root interface of a child.
@@ -94,6 +101,8 @@ class Joint(Record):
         `Bushing`.
     keep_start : bool
         Keep the start values where closed loops allow it; the other joints move when the loops are closed.
+    range : (float, float) or None
+        Of a joint with one coordinate, rad or m: nothing keeps it there, but a run says when it leaves it.
 
     Examples
     --------
@@ -107,6 +116,7 @@ class Joint(Record):
         *(Rule((name,), needs=("type",), among=types) for name, types in CONSTANTS.items()),
         Rule(("position",), needs=("parent", "type"), among=("ground", "free"), advice=AT_INTERFACE),
         Rule(("keep_start",), needs=("type",), among=tuple(name for name, count in SPEEDS.items() if count)),
+        Rule(("range",), needs=("type",), among=tuple(name for name, count in SCALARS.items() if count == 1)),
         Rule((*STARTS, "keep_start"), beside=("motion",), advice="the motion says where the joint is at the start"),
     )
     name: str
@@ -127,6 +137,7 @@ class Joint(Record):
     motion: TimeFunction | tuple[TimeFunction, ...] | None = given(converter=optional(motions), default=None)
     elements: tuple[HingeElement, ...] = given(converter=_elements, default=())
     keep_start: bool = False
+    range: tuple[float, float] | None = given(converter=optional(_range), default=None)
 
     def __post_init__(self) -> None:
         """Normalise the axes and check the values."""
@@ -256,5 +267,5 @@ class Joint(Record):
 
 
 GEOMETRY = tuple(
-    each.name for each in fields(Joint) if each.name not in (*STARTS, "keep_start", "elements")
+    each.name for each in fields(Joint) if each.name not in (*STARTS, "keep_start", "elements", "range")
 )  # fields that are the same of joints that move alike

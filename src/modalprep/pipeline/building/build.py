@@ -24,6 +24,7 @@ from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.changing import LevelTable
 from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.pipeline import BodyTable
+from modalprep.pipeline.schema.reduction import rotation_matrix
 from modalprep.vectors import inertia_tensor
 from modalprep.verdicts.notes import warnings_of
 
@@ -133,10 +134,20 @@ def read_bodies(source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> dict
 
 def _body(name: str, table: BodyTable, source: Loaded, build: Callable[[Loaded], FlexibleBody]) -> FlexibleBody:
     if table.mass is not None:
-        return read_rigid(name, table.mass, table, table.interfaces)
+        return _drawn(read_rigid(name, table.mass, table, table.interfaces), table, source.folder)
     if table.file is not None:
         return read_supplied(source.path, table)
     return build(source.of_body(str(table.pipeline)))
+
+
+def _drawn(body: FlexibleBody, table: BodyTable, folder: Path) -> FlexibleBody:
+    """Return a rigid body with the surfaces that its table names."""
+    if not table.surfaces:
+        return body
+    from modalprep.formats.robots.files import pictured, surface  # not for systems without them
+
+    surfaces = [surface(folder / x.file, x.scale, x.position, rotation_matrix(x.rotation)) for x in table.surfaces]
+    return pictured(body, surfaces)
 
 
 def read_rigid(name: str, mass: float, table: BodyTable | LevelTable, interfaces: Mapping[str, Vector]) -> FlexibleBody:

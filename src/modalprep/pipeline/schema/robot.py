@@ -8,17 +8,19 @@ from typing import Any
 
 from pydantic import Field
 
-from modalprep.formats.urdf import Base, Robot, read_robot
+from modalprep.formats.robots.read import read_robot
+from modalprep.formats.robots.tree import Base, Picture, Robot
 from modalprep.pipeline.schema.base import FileName, Table
 
-TABLES = ("bodies", "joints", "couplers")
+TABLES = ("bodies", "joints", "closures", "couplers")
 
 
 class RobotTable(Table):
-    """Links and joints of a URDF file; the tables of the pipeline file replace or complete them by their names."""
+    """Links and joints of a robot file; the tables of the pipeline file replace or complete them by their names."""
 
-    file: FileName = Field(description="URDF file")
-    base: Base = Field("fixed", description="whether its root link is fixed to the ground, or free")
+    file: FileName = Field(description="URDF or MJCF (MuJoCo) file")
+    base: Base = Field("fixed", description="of a URDF file: whether its root link is fixed to the ground, or free")
+    pictures: bool = Field(True, description="whether rigid links are drawn with the surfaces that the file names")
 
 
 def with_robot(data: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -38,8 +40,29 @@ def with_robot(data: dict[str, Any], folder: Path) -> dict[str, Any]:
         return data  # the schema says what is wrong
     robot = read_robot(folder / table["file"], table.get("base", "fixed"), own["bodies"])
     joints = {name: _joint(robot, name, each) for name, each in own["joints"].items()}
-    found = {"bodies": robot.bodies, "joints": robot.joints, "couplers": robot.couplers}
-    return data | {key: found[key] | (own | {"joints": joints})[key] for key in TABLES}
+    bodies = {name: _body(robot, name, table) for name in robot.bodies}
+    found = {"bodies": bodies, "joints": robot.joints, "closures": robot.closures, "couplers": robot.couplers}
+    tables = {key: found[key] | (own | {"joints": joints})[key] for key in TABLES}
+    return data | tables | _environment(data, robot)
+
+
+def _body(robot: Robot, name: str, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table of a rigid link, with its surfaces."""
+    pictures = robot.pictures.get(name, []) if table.get("pictures", True) else []
+    return robot.bodies[name] | ({"surfaces": [_surface(each) for each in pictures]} if pictures else {})
+
+
+def _surface(picture: Picture) -> dict[str, Any]:
+    place = {"position": picture.position.tolist(), "rotation": {"matrix": picture.rotation.tolist()}}
+    return {"file": picture.file, "scale": picture.scale.tolist()} | place
+
+
+def _environment(data: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
+    """Return the environment with the gravity of the robot file, where neither says otherwise."""
+    own = data.get("environment", {})
+    if not robot.gravity or not isinstance(own, dict) or "gravity" in own or "orbit" in own:
+        return {}
+    return {"environment": {"gravity": robot.gravity} | own}
 
 
 def _are_tables(own: Mapping[str, Any]) -> bool:
@@ -49,8 +72,13 @@ def _are_tables(own: Mapping[str, Any]) -> bool:
 
 
 def _joint(robot: Robot, name: str, own: dict[str, Any]) -> dict[str, Any]:
-    """Return the table of a joint, whose limits are those of the robot where the file's own do not give them."""
-    table = robot.joints.get(name, {}) | own
+    """Return the table of a joint; keys of the robot that do not go with those of the file itself are left out.
+
+    Limits are those of the robot where the file's own do not give them, and then stand for its range.
+    """
+    idle = {"motion": ("damping", "friction", "stiffness", "free_position", "keep_start"), "limits": ("range",)}
+    out = [key for given, keys in idle.items() if given in own for key in keys]
+    table = {key: value for key, value in robot.joints.get(name, {}).items() if key not in out} | own
     stops = table.get("limits")
     if not isinstance(stops, dict) or name not in robot.limits:
         return table

@@ -46,11 +46,20 @@ def _possible(inertia: list[float]) -> list[float]:
 Inertia = Annotated[list[quantities.Inertia], AfterValidator(_possible)]
 
 
+class SurfaceTable(Table):
+    """A surface with which a rigid body is drawn."""
+
+    file: FileName = Field(description="STL or OBJ file")
+    scale: Three[float] = Field([1.0, 1.0, 1.0], description="of its coordinates, which then are in m")
+    position: Three[Length] = Field([0.0, 0.0, 0.0], description="of its origin from the root, m")
+    rotation: RotationTable | None = Field(None, description="its axes to the body's")
+
+
 class BodyTable(SourceTable):
     """A body of the system: a file, the pipeline that builds it, or a rigid body."""
 
     applies: ClassVar[tuple[Rule, ...]] = (
-        Rule(("centre", "inertia", "interfaces"), needs=("mass",), advice="it is that of a rigid body"),
+        Rule(("centre", "inertia", "interfaces", "surfaces"), needs=("mass",), advice="it is that of a rigid body"),
         Rule(("length_unit", "mass_unit", "root"), needs=("file",), advice="it is that of a body with a file"),
     )
 
@@ -67,6 +76,7 @@ class BodyTable(SourceTable):
     interfaces: Annotated[dict[str, Three[Length]], Field(min_length=1)] = Field(
         default={"root": [0.0, 0.0, 0.0]}, description="of a rigid body, m; the first is its root"
     )
+    surfaces: list[SurfaceTable] = Field([], description="with which a rigid body is drawn")
 
     @model_validator(mode="after")
     def _one_source(self) -> BodyTable:
@@ -169,8 +179,16 @@ class HingeTable(Table):
 class JointTable(HingeTable):
     """A joint of the tree."""
 
+    applies: ClassVar[tuple[Rule, ...]] = (
+        *HingeTable.applies,
+        Rule(("range",), beside=("limits",), advice="the limits keep the joint there"),
+    )
+
     parent: str = Field("ground", description="'ground' or 'body.interface'")
     child: str = Field(description="'body.interface'")
+    range: Annotated[list[Coordinate], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="of a joint with one coordinate, rad or m: a run says when the joint leaves it"
+    )
 
 
 Start = Literal["rest", "quasi_static", "equilibrium", "steady", "periodic"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.formats.urdf import read_robot, refuse_moved
+from modalprep.formats.robots.read import read_robot, refuse_moved
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -95,7 +95,7 @@ def _robot_notes(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Pa
     own = {name: bodies[name] for name, table in pipeline.bodies.items() if table.mass is None}
     robot = read_robot(path, pipeline.robot.base, own)
     refuse_moved(robot, own, str(path))
-    return robot.notes([name for name, joint in pipeline.joints.items() if joint.limits is not None])
+    return tuple(robot.dropped)
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:

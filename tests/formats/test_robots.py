@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
-from modalprep.formats import read_urdf
+from modalprep.formats import read_urdf, write_urdf
+from modalprep.formats.robots.write import lost_in_urdf
 from modalprep.multibody import inverse_dynamics
 from modalprep.multibody.simulate import simulate
 from modalprep.pipeline.console import Reporter
@@ -121,9 +122,8 @@ def test_what_is_fixed_is_an_interface(arm):
     assert system.bodies["hand"].interface_name == ("root", "flange")
     assert_close(system.bodies["hand"].interface_position[1], [0, 0, 0.3], 1e-15)
     assert system.bodies["upper"].m == 3.5
-    assert [note.split(" ")[0] for note in system.notes] == ["the", "elements"]
-    assert "the limits of 3 joints are no stops" in system.notes[0]
-    assert system.notes[1].endswith("transmission")
+    assert [joint.range for joint in system.joints] == [None, (-2.0, 2.0), (-2.0, 2.0), (-2.0, 2.0)]
+    assert system.notes == ("elements of the robot file that are left out: transmission",)
 
 
 def test_a_free_base_falls(tmp_path):
@@ -190,7 +190,7 @@ def test_own_keys_of_joints(arm, tmp_path):
     system = read_system(load(file), None, Reporter(quiet=True))
     (element,) = next(joint for joint in system.joints if joint.name == "upper_joint").elements
     assert (element.damping, element.lower, element.upper, element.limit_stiffness) == (2.0, -2.0, 1.5, 1e4)
-    assert "the limits of 2 joints are no stops" in system.notes[0]
+    assert [joint.range for joint in system.joints] == [None, None, (-2.0, 2.0), (-2.0, 2.0)]
 
 
 @pytest.mark.parametrize(
@@ -220,3 +220,49 @@ def test_unknown_links_and_files(arm, tmp_path):
         read_urdf(arm, bodies={"upr": uniform_beam(modes=1)})
     with pytest.raises(mp.InputError, match="no.urdf does not exist"):
         read_urdf(tmp_path / "no.urdf")
+
+
+def test_what_is_written_as_urdf_is_read_back(arm):
+    """A mimic, a quarter turn of pitch (where the angles of URDF are singular), a slide without range, ranges."""
+    follow = '<mimic joint="upper_joint" multiplier="-2" offset="0.1"/></joint>'
+    head, tail = arm.read_text().replace('rpy="0.2 -0.4 0.5"', f'rpy="0.2 {np.pi / 2} 0.5"').split('name="hand_joint"')
+    arm.write_text(head + 'name="hand_joint"' + tail.replace("</joint>", follow, 1))
+    system = read_urdf(arm)
+    back = read_urdf(write_urdf(system, arm.with_name("back.urdf")))
+    for one, other in zip(system.joints, back.joints, strict=True):
+        assert (one.name, one.type, one.parent, one.child, one.range) == (
+            other.name,
+            other.type,
+            *ends(other),
+            other.range,
+        )
+        assert_close([*one.axis, *one.rotation.ravel()], [*other.axis, *other.rotation.ravel()], 1e-12, scale=1.0)
+    for name, body in system.bodies.items():
+        for key in ("m", "s0", "E0", "interface_position"):
+            assert_close(getattr(back.bodies[name], key), getattr(body, key), 1e-12, scale=1.0)
+        assert back.bodies[name].interface_name == body.interface_name
+    assert back.closures[0].factors == {"hand_joint": 1.0, "upper_joint": 2.0}
+    assert back.closures[0].value(0.0)[0] == 0.1
+
+
+def ends(joint):
+    return joint.parent, joint.child
+
+
+def test_what_urdf_does_not_hold_is_told_or_refused(arm):
+    system = read_urdf(arm).with_(gravity=GRAVITY)
+    assert lost_in_urdf(system) == ["gravity of the system has no place in a URDF file"]
+    ball = system.joints[0].with_(type="spherical", axis=(0, 0, 1.0))
+    with pytest.raises(mp.InputError, match="a URDF file has no spherical joint"):
+        write_urdf(system.with_(joints=(ball, *system.joints[1:])), arm)
+
+
+def test_a_system_of_a_pipeline_file_is_written(arm, tmp_path, capsys):
+    (tmp_path / "a.toml").write_text(
+        '[robot]\nfile = "arm.urdf"\n[simulation]\nt_end = 0.1\n[environment]\ngravity = [0, 0, -9.81]\n'
+    )
+    assert main(["export", str(tmp_path / "a.toml"), "--to", "urdf", "-o", str(tmp_path / "b.urdf"), "--json"]) == 0
+    assert "gravity of the system has no place in a URDF file" in capsys.readouterr().out
+    assert read_urdf(tmp_path / "b.urdf").order == read_urdf(arm).order
+    assert main(["export", str(arm), "--to", "urdf"]) == 2
+    assert main(["export", str(tmp_path / "a.toml"), "--to", "urdf", "-o", str(arm)]) == 2

@@ -1,0 +1,59 @@
+"""The system of a pipeline file in the file of another program."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+from modalprep.errors import InputError
+from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.pipeline.building.build import made_bodies
+from modalprep.pipeline.building.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.load import load
+from modalprep.pipeline.systems.outline import refuse_before_work
+from modalprep.pipeline.systems.read import read_system
+
+
+class SystemExport(NamedTuple):
+    """A format of systems: suffix of its file, ``module.function`` of its writer and of what it loses."""
+
+    suffix: str
+    writer: str
+    lost: str
+
+
+SYSTEM_EXPORTS = {"urdf": SystemExport(".urdf", "robots.write.write_urdf", "robots.write.lost_in_urdf")}
+
+
+def export_system(
+    path: Path, to: str, output: Path | None, reporter: Reporter, *, target: Path | None = None
+) -> list[str]:
+    """Write the system of a pipeline file in a format of `SYSTEM_EXPORTS`; return what the file does not hold.
+
+    Raises
+    ------
+    InputError
+        When the file describes no system, or one with what the format cannot hold nor leave out.
+    """
+    export = SYSTEM_EXPORTS[to]
+    if path.suffix != ".toml":
+        raise InputError(f"{to} is of a system: give its pipeline file (TOML), not {path}")
+    source = load(path)
+    target = target or path.with_suffix(export.suffix)
+    refuse_overwriting([target], [*needed_files(source), *made_bodies(source, output)])
+    if not source.pipeline.joints:
+        raise InputError(f"{path} has no joints, so that it describes no system")
+    refuse_before_work(source)
+    system = read_system(source, output, reporter)
+    if isinstance(system, DeployingSystem):
+        raise InputError(f"{path}: {to} cannot carry [deployments]; export the system without them")
+    _function(export.writer)(system, target)
+    reporter.wrote(target)
+    return [*system.notes, *_function(export.lost)(system)]
+
+
+def _function(name: str):
+    module, _, function = name.rpartition(".")
+    return getattr(import_module(f"modalprep.formats.{module}"), function)
