@@ -157,7 +157,7 @@ OTHER = {  # by field of a joint: changes of the three joints
     "displacement": [{}, {"displacement": [0.5, 0.6]}], "speed": [{}, {"speed": [0.7, 0.8]}],
     "velocity": [{}, {}, {"velocity": np.ones(3)}], "angular_velocity": [{}, {}, {"angular_velocity": np.ones(3)}],
     "motion": [{"motion": "sin(t)"}], "elements": [{"elements": mp.multibody.HingeElement(stiffness=3.0)}],
-    "keep_start": [{"keep_start": True}],
+    "keep_start": [{"keep_start": True}], "range": [{"range": (-1.0, 1.0)}],
 }  # fmt: skip
 
 

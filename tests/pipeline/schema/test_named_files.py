@@ -49,6 +49,8 @@ AROUND = {  # what a key of this beginning needs around it; the longest beginnin
     "response.transient": RESPONSE,
     "response.one.notch": RESPONSE + 'lowest = 1.0\nhighest = 2.0\nbase = { x = 1.0 }\nnotch = [{ channel = "tip" }]',
     "bodies": SYSTEM,
+    "bodies.one.surfaces": SYSTEM + "[bodies.one]\nmass = 1.0",
+    "chains.one.segment.surfaces": CHAIN + 'joint = { type = "revolute" }',
     "robot": "[simulation]\nt_end = 1.0",
     "joints": SYSTEM + '[joints.one]\ntype = "revolute"\nchild = "a.root"',
     "chains.one.segment": SYSTEM + '[chains.one]\ncount = 2\njoint = { type = "revolute" }',
