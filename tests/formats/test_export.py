@@ -27,6 +27,9 @@ FIRST = {  # how a file of each format begins, or what its beginning holds
     "nastran": b"KAAX",
     "dmig": b"DMIG",
     "coupling": b'"participation"',
+    "extptfm": b"!Flex 5 Format",
+    "simscape": b"MATLAB 5.0 MAT-file",
+    "modelica": b"record beam",
     "uff": b"    -1\n",
     "vtu": b"<VTKFile",
 }
@@ -62,9 +65,9 @@ def test_command_writes_what_the_function_writes(name, body, file, tmp_path, cap
     linear = "all that is not linear has no place in this format: of the geometric stiffness and of P and H, which "
     linear += "large rotations need, a reader can rebuild a part"
     root = "it describes small motions of the root, without geometric stiffness and without other interfaces"
-    notes = {"coupling": [root], "exudyn": [softens], "op4": [linear], "nastran": [linear], "dmig": [linear]}.get(
-        name, []
-    )
+    notes = {"coupling": [root], "extptfm": [root], "exudyn": [softens]}
+    notes |= {key: [linear] for key in ("op4", "nastran", "dmig", "simscape")}
+    notes = notes.get(name, [])
     assert json.loads(capsys.readouterr().out) == {"files": [str(default)], "notes": notes}
     direct = export_body(body, name, tmp_path / "direct" / default.name)
     chosen = tmp_path / "new" / "folder" / default.name

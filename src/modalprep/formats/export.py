@@ -34,12 +34,15 @@ class Export:
         The writer's, if it has one.
     holds : str
         MOTION, MATRICES (what is linear of it), SHAPES, or HUB (small motions of the root alone).
+    read : bool
+        Whether `import_body` reads a file with what makes a body.
     """
 
     suffix: str
     writer: str
     option: str | None = None
     holds: str = MOTION
+    read: bool = True
 
 
 EXPORTS: dict[str, Export] = {
@@ -50,6 +53,9 @@ EXPORTS: dict[str, Export] = {
     "nastran": Export(".op4", "nastran.write_output4", holds=MATRICES),
     "dmig": Export(".dmig", "nastran.write_dmig", holds=MATRICES),
     "coupling": Export(".json", "coupling.write_coupling", "point", holds=HUB),
+    "extptfm": Export(".extptfm", "openfast.write_extptfm", holds=HUB),
+    "simscape": Export(".mat", "simscape.write_simscape", holds=MATRICES, read=False),
+    "modelica": Export(".mo", "modelica.write_modelica", read=False),
     "uff": Export(".unv", "uff.write_uff", holds=SHAPES),
     "vtu": Export(".vtu", "vtu.write_vtu", holds=SHAPES),
 }

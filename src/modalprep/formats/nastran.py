@@ -99,7 +99,7 @@ def superelement(body: FlexibleBody) -> Superelement:
     return Superelement(
         M=_symmetric(coordinates.T @ mass_matrix(body, np.zeros(body.n)) @ coordinates),
         D=_symmetric(q.T @ (body.D[:, None] * q)),
-        K=_symmetric(q.T @ (body.K[:, None] * q)),
+        K=_uncoupled(_symmetric(q.T @ (body.K[:, None] * q)), w2),
         recovery=np.concatenate([R.reshape(-1, 6) @ frame + Phi.reshape(-1, body.n) @ q, nodes]),
         physical=tuple(physical),
         frequency=np.sqrt(w2) / (2 * np.pi),
@@ -111,6 +111,14 @@ def _rigid(points: np.ndarray) -> np.ndarray:
     R = np.tile(np.eye(6), (len(points), 1, 1))
     R[:, :3, 3:] = -skew(points)
     return R
+
+
+def _uncoupled(K: np.ndarray, w2: np.ndarray) -> np.ndarray:
+    """Return the stiffness with exact zeros where fixed-interface modes couple with nothing."""
+    b = len(K) - len(w2)
+    K[:b, b:] = K[b:, :b] = 0.0
+    K[b:, b:] = np.diag(w2)
+    return K
 
 
 def _symmetric(A: np.ndarray) -> np.ndarray:

@@ -155,6 +155,15 @@ def test_fembs_file_is_explained_by_itself(fembs):
     assert any("plane" in note for note in notes_of(body))
 
 
+def test_what_a_plane_file_leaves_open_is_least_about_the_centre_of_mass(fembs):
+    """There H has its moment and its trace alone, which are the plane's: no part that only a place could explain."""
+    body = import_body(fembs)
+    about = body.H - np.einsum("ai,b->abi", body.S, body.s0 / body.m)
+    scale = np.abs(about).max()
+    assert_close(about[0, 0], about[1, 1], 1e-12, scale=scale)
+    assert_close(about[0, 1], -about[1, 0], 1e-12, scale=scale)
+
+
 def bar_of_two_elements(E, rho, A, inertia, length):
     """Stiffness and mass (6, 6) of deflection and slope at three nodes: cubic elements with rotary inertia."""
     L = length

@@ -68,7 +68,9 @@ NO_BODY = {
     ".h5": "it is a modal file already, which the other commands take as it is",
     **{export.suffix: PICTURES for export in EXPORTS.values() if export.holds == SHAPES},
     ".json": "coupling matrices hold small motions of the root alone, and no body; export another format",
-    ".mat": "state spaces and coupling matrices describe no body; export another format",
+    ".mat": "state spaces, coupling matrices and data of Simscape are not read; export another format",
+    ".extptfm": "it holds small motions of the root alone, and no body; export another format",
+    ".mo": "Modelica records are not read; export another format",
     ".sub": "the binary substructures of Ansys are not read; write the matrices of the unreduced model (.full with its "
     ".cdb) and name them in a pipeline file under [matrices]",
     ".asm": "it places a superelement, and the matrices are in its .op4 file; name that one",
