@@ -144,7 +144,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="30 000 DOFs, in a fraction of a gibibyte")
     parser.add_argument("--dofs", type=float, default=3e6, help="about so many DOFs")
-    parser.add_argument("--solver", default="auto", help="auto, in_memory, single, superlu")
+    parser.add_argument("--solver", default="auto", help="auto, in_memory, single, out_of_core, superlu")
     parser.add_argument("--leave", type=float, default=2.0, help="GiB of memory to leave free")
     given = parser.parse_args()
     if given.quick:

@@ -20,6 +20,7 @@ from modalprep.linalg.factor import factorise
 from modalprep.linalg.forecast import GIB, forecasts_to
 from modalprep.linalg.memory import BUDGET, available_memory
 from modalprep.linalg.mixed import MixedFactor
+from modalprep.linalg.mumps import module
 from modalprep.linalg.onemkl import library
 from modalprep.linalg.pardiso import PardisoFactor
 from modalprep.pipeline.building.build import build_body
@@ -30,6 +31,7 @@ from modalprep.reduction.clamped import clamp
 from modalprep.reduction.craig_bampton import craig_bampton
 from modalprep.verdicts.notes import kind_of
 
+ON_DISK = pytest.mark.skipif(module() is None, reason="python-mumps is not installed")
 pytestmark = pytest.mark.skipif(library() is None, reason="PARDISO has no wheel here")
 
 
@@ -54,7 +56,7 @@ def beam() -> mp.fe.FEModel:
     return mp.assemble(mesh, {"body": mp.Solid(material=steel)}, interfaces)
 
 
-@pytest.mark.parametrize("solver", ["in_memory", "single"])
+@pytest.mark.parametrize("solver", ["in_memory", "single", pytest.param("out_of_core", marks=ON_DISK)])
 @pytest.mark.parametrize("twice", [clamped.TWICE, 0], ids=["stored", "not stored"])
 def test_a_reduction_is_the_same_however_it_is_computed(beam, monkeypatch, solver, twice):
     """In double and single precision; with interior matrices that are stored and that are not."""

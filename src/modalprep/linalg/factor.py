@@ -1,4 +1,4 @@
-"""Sparse symmetric factorisation: oneMKL PARDISO where its wheel exists, SciPy's SuperLU elsewhere."""
+"""Sparse symmetric factorisation: oneMKL PARDISO where its wheel exists, MUMPS on disk, SciPy's SuperLU elsewhere."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from modalprep.errors import AccuracyError, InputError, NotInstalledError
 from modalprep.linalg.congruent import Congruent, stored
 from modalprep.linalg.forecast import TooLarge, no_room
 from modalprep.linalg.mixed import IllConditioned, MixedFactor
+from modalprep.linalg.mumps import HOW_TO_INSTALL, module
 from modalprep.linalg.onemkl import library
+from modalprep.linalg.out_of_core import OutOfCoreFactor
 from modalprep.linalg.pardiso import LackOfMemory, PardisoFactor, equilibrium
 from modalprep.linalg.solvers import Solver
 
@@ -43,6 +45,10 @@ class Factor(Protocol):
 
     def release(self) -> None:
         """Free what can be computed again, as the next solution does."""
+        ...
+
+    def fits_twice(self) -> bool:
+        """Whether another one in double precision has room beside it."""
         ...
 
 
@@ -79,6 +85,10 @@ class SuperLUFactor:
     def release(self) -> None:
         """Keep the factor: it fits into the memory."""
 
+    def fits_twice(self) -> bool:
+        """Of its memory nothing is known before."""
+        return True
+
     @staticmethod
     def _size(X: np.ndarray, scale: np.ndarray) -> np.ndarray:
         """Return the norms of columns, each row times its scale: forces and moments count by their own stiffness."""
@@ -113,13 +123,13 @@ def factorise(
     ----------
     A : csr
         Both triangles stored.
-    solver : {"auto", "in_memory", "single", "superlu"}
-        ``in_memory`` (double precision) and ``single`` (`MixedFactor`) are PARDISO's; ``auto`` takes the first of them
-        that fits, and SuperLU where PARDISO is not installed.
+    solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
+        ``in_memory`` (double precision) and ``single`` (`MixedFactor`) are PARDISO's, ``out_of_core`` is MUMPS'; ``auto``
+        takes the first of them that is installed and fits, and SuperLU where PARDISO is not installed.
     definite : bool
         Whether A is positive definite, as `MixedFactor` needs it.
     order : (n,) int32
-        `PardisoFactor.order` of a matrix of about the same pattern.
+        `PardisoFactor.order` of a matrix of about the same pattern; MUMPS finds its own.
 
     Returns
     -------
@@ -133,7 +143,7 @@ def factorise(
     InputError
         When the factor does not fit into the memory.
     NotInstalledError
-        When PARDISO is asked for and not installed.
+        When PARDISO or MUMPS is asked for and not installed.
 
     References
     ----------
@@ -149,28 +159,36 @@ def factorise(
     """
     if solver not in get_args(Solver):
         raise InputError(f"solver {solver!r} does not exist; known are {', '.join(get_args(Solver))}")
-    if solver not in ("auto", "superlu") and library() is None:
-        raise NotInstalledError("PARDISO is not installed here: pip install 'modalprep[fast]', or take solver = 'auto'")
-    if solver == "superlu" or library() is None:
-        kinds: list[Callable[..., Factor]] = [SuperLUFactor]
-    elif solver in KINDS:
-        kinds = [partial(KINDS[solver], order=order)]
-    else:
-        kinds = [partial(kind, order=order) for name, kind in KINDS.items() if definite or name != "single"]
     missing = []
-    for kind in kinds:
+    for kind in _kinds(solver, definite, order):
         try:
             return kind(A)
         except (TooLarge, LackOfMemory, IllConditioned) as error:
             missing.append(str(error))
-        except InputError:
+        except (InputError, AccuracyError):
             raise
         except (RuntimeError, ValueError) as error:
             raise AccuracyError(f"the {A.shape[0]} x {A.shape[0]} matrix is singular: {error}") from error
     raise no_room(A.shape[0], ", ".join(missing))
 
 
-KINDS: dict[str, Callable[..., Factor]] = {
+def _kinds(solver: str, definite: bool, order: np.ndarray | None) -> list[Callable[..., Factor]]:
+    """Return the kinds of factors to try, one after the other."""
+    if solver == "out_of_core":
+        if module() is None:
+            raise NotInstalledError(f"MUMPS is not installed here: {HOW_TO_INSTALL}")
+        return [OutOfCoreFactor]
+    if solver in PARDISO and library() is None:
+        raise NotInstalledError("PARDISO is not installed here: pip install 'modalprep[fast]', or take solver = 'auto'")
+    if solver == "superlu" or library() is None:
+        return [SuperLUFactor]
+    if solver in PARDISO:
+        return [partial(PARDISO[solver], order=order)]
+    kinds = [partial(kind, order=order) for name, kind in PARDISO.items() if definite or name != "single"]
+    return kinds if module() is None else [*kinds, OutOfCoreFactor]
+
+
+PARDISO: dict[str, Callable[..., Factor]] = {
     "in_memory": PardisoFactor,
     "single": MixedFactor,
 }  # in the order in which they are tried

@@ -19,6 +19,7 @@ GIB = 2**30
 LARGE = 1e11  # operations of a factorisation worth a word: seconds
 TRIAL = 512  # rows of the matrices by whose product the speed of the machine is measured
 SHARE = 0.5  # of that speed which a sparse factorisation has
+WRITING = 3e8  # bytes a second: a slow solid-state disk
 LOG = logging.getLogger("modalprep")
 _say: ContextVar[Callable[[str], None]] = ContextVar("say", default=LOG.warning)
 
@@ -37,6 +38,8 @@ class Forecast:
         Bytes of memory that it may take.
     single : bool
         Whether it is in single precision.
+    disk, room : float
+        Bytes of disk, where it lies there, and those that it may take.
 
     Examples
     --------
@@ -44,17 +47,21 @@ class Forecast:
     the factor needs 2 of the 8 GiB of memory that are free: in double precision
     >>> print(Forecast(operations=2e9, memory=2**31, free=2**33, single=True))
     the factor needs 2 of the 8 GiB of memory that are free: in single precision, with iterations
+    >>> print(Forecast(operations=2e9, memory=2**31, free=2**33, disk=2**34, room=2**35))
+    the factor needs 2 of the 8 GiB of memory and 16 of the 32 GiB of disk that are free: in double precision, on disk
     """
 
     operations: float
     memory: float
     free: float
     single: bool = False
+    disk: float = 0.0
+    room: float = 0.0
 
     @property
     def fits(self) -> bool:
         """Whether it has room."""
-        return self.memory <= self.free
+        return self.memory <= self.free and self.disk <= self.room
 
     @property
     def large(self) -> bool:
@@ -63,21 +70,31 @@ class Forecast:
 
     @property
     def seconds(self) -> float:
-        """About the time of the factorisation, by the speed of this machine at dense products."""
-        return self.operations / (SHARE * speed())
+        """About the time of the factorisation, by the speed of this machine at dense products, and of a slow disk."""
+        return self.operations / (SHARE * speed()) + self.disk / WRITING
 
     def __str__(self) -> str:
         """Say what it needs, of what is free, and how it is stored."""
-        how = f"{self._precision}, with iterations" if self.single else self._precision
-        return f"the factor needs {_gib(self.memory)} of the {_gib(self.free)} GiB of memory that are free: {how}"
+        disk = f" and {_gib(self.disk)} of the {_gib(self.room)} GiB of disk" if self.disk else ""
+        memory = f"{_gib(self.memory)} of the {_gib(self.free)} GiB of memory"
+        return f"the factor needs {memory}{disk} that are free: {self._how}"
 
     def shortfall(self) -> str:
         """Say what is missing."""
+        if self.disk:
+            needs = f"{_gib(self.memory)} GiB of memory and {_gib(self.disk)} GiB of disk"
+            return f"needs {needs} on disk and {_gib(self.free)} and {_gib(self.room)} GiB may be used"
         return f"needs {_gib(self.memory)} GiB of memory {self._precision} and {_gib(self.free)} GiB may be used"
 
     @property
     def _precision(self) -> str:
         return "in single precision" if self.single else "in double precision"
+
+    @property
+    def _how(self) -> str:
+        if self.disk:
+            return f"{self._precision}, on disk"
+        return f"{self._precision}, with iterations" if self.single else self._precision
 
 
 class TooLarge(MemoryError):

@@ -53,6 +53,10 @@ class MixedFactor:
         """Free the memory of the factor; the next solution computes it again."""
         self._single.release()
 
+    def fits_twice(self) -> bool:
+        """It was taken because one in double precision has no room."""
+        return False
+
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``.
 

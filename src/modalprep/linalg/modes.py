@@ -14,8 +14,7 @@ from modalprep.linalg.blas import inner, one_numpy_thread, product, share_thread
 from modalprep.linalg.congruent import Congruent, shifted, stored
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
-from modalprep.linalg.mixed import MixedFactor
-from modalprep.linalg.pardiso import PardisoFactor, equilibrium
+from modalprep.linalg.pardiso import equilibrium
 from modalprep.linalg.sparse import times
 from modalprep.linalg.unique import made_unique
 
@@ -76,7 +75,7 @@ def lowest_modes(
         Of ``K - shift M`` when it exists already.
     shift : float
         (rad/s)^2; negative for a body with rigid motions, whose K is singular.
-    solver : {"auto", "in_memory", "single", "superlu"}
+    solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
         As `factorise` takes it.
 
     Returns
@@ -163,7 +162,7 @@ def _counted(
 
 def _exist(K: csr_array | Congruent, M: csr_array | Congruent, cut: float, factor: Factor, solver: str) -> int | None:
     """Return how many modes there are, counted by a second factor, for which the first makes room where it must."""
-    if isinstance(factor, MixedFactor) or (isinstance(factor, PardisoFactor) and not factor.fits_twice()):
+    if not factor.fits_twice():
         factor.release()
     return count_below(K, M, cut, solver, getattr(factor, "order", None))
 

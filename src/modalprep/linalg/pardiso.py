@@ -116,7 +116,7 @@ class PardisoFactor:
     def _factorise(self) -> None:
         give_back()
         free = available_memory()
-        matrix = _upper(stored(self._A), self._scale, self._dtype)
+        matrix = upper(stored(self._A), self._scale, self._dtype)
         self._matrix: tuple[np.ndarray | None, ...] = matrix
         del matrix
         self._analyse(free)
@@ -196,7 +196,7 @@ def _release(mkl: CDLL, handle: np.ndarray, options: np.ndarray) -> None:
         _pardiso(mkl, handle, options, RELEASE, 0)
 
 
-def _upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Entries, row starts and columns of the scaled upper triangle, sorted as the library wants them."""
     A.sort_indices()
     n = A.shape[0]

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 from typing import Literal
 
-Solver = Literal["auto", "in_memory", "single", "superlu"]
+Solver = Literal["auto", "in_memory", "single", "out_of_core", "superlu"]

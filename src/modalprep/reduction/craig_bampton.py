@@ -109,7 +109,7 @@ def craig_bampton(
         does not matter.
     recovery : ModelRecovery or None
         Quantities that `keep` may name; the reduction then has `spans`.
-    solver : {"auto", "in_memory", "single", "superlu"}
+    solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
         As `factorise` takes it.
     algebra : Algebra
         Functions for factorisation and eigensolution.

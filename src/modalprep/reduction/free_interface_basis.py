@@ -49,7 +49,7 @@ def free_interface(
         Which of them to keep (`selection.select`); they have no effective mass.
     recovery : ModelRecovery or None
         Quantities that `keep` may name, but for accelerations, as there is no base; the reduction then has `spans`.
-    solver : {"auto", "in_memory", "single", "superlu"}
+    solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
         As `factorise` takes it.
     algebra : Algebra
         Functions for factorisation and eigensolution.

@@ -51,7 +51,7 @@ def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
 
 
 def place_of(factor: Factor) -> tuple[str, ...]:
-    """Report what a factor that is large or in single precision needed.
+    """Report what a factor that is large, in single precision or on disk needed.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def place_of(factor: Factor) -> tuple[str, ...]:
     ()
     """
     forecast = getattr(factor, "forecast", None)
-    if forecast is None or not (forecast.large or forecast.single):
+    if forecast is None or not (forecast.large or forecast.single or forecast.disk):
         return ()
     return (f"the stiffness was factorised: {forecast}",)
 

@@ -139,7 +139,7 @@ def cyclic_modes(
         rad/s about the axis.
     held : bool
         Whether the fixed interfaces are held, the root among them; False lets the ring float.
-    solver : {"auto", "in_memory", "single", "superlu"}
+    solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
         As `factorise` takes it.
 
     Returns
