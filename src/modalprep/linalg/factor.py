@@ -124,8 +124,8 @@ def factorise(
     A : csr
         Both triangles stored.
     solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
-        ``in_memory`` (double precision) and ``single`` (`MixedFactor`) are PARDISO's, ``out_of_core`` is MUMPS'; ``auto``
-        takes the first of them that is installed and fits, and SuperLU where PARDISO is not installed.
+        ``in_memory`` (double precision) and ``single`` (`MixedFactor`) are PARDISO's, ``out_of_core`` is MUMPS';
+        ``auto`` takes the first of them that is installed and fits, and SuperLU where PARDISO is not installed.
     definite : bool
         Whether A is positive definite, as `MixedFactor` needs it.
     order : (n,) int32
@@ -169,7 +169,8 @@ def factorise(
             raise
         except (RuntimeError, ValueError) as error:
             raise AccuracyError(f"the {A.shape[0]} x {A.shape[0]} matrix is singular: {error}") from error
-    raise no_room(A.shape[0], ", ".join(missing))
+    besides = "" if module() else f"install MUMPS, which factorises on disk ({HOW_TO_INSTALL}), "
+    raise no_room(A.shape[0], ", ".join(missing), besides)
 
 
 def _kinds(solver: str, definite: bool, order: np.ndarray | None) -> list[Callable[..., Factor]]:

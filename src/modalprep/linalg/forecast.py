@@ -83,7 +83,7 @@ class Forecast:
         """Say what is missing."""
         if self.disk:
             needs = f"{_gib(self.memory)} GiB of memory and {_gib(self.disk)} GiB of disk"
-            return f"needs {needs} on disk and {_gib(self.free)} and {_gib(self.room)} GiB may be used"
+            return f"needs {needs} and {_gib(self.free)} and {_gib(self.room)} GiB may be used (TMPDIR sets the folder)"
         return f"needs {_gib(self.memory)} GiB of memory {self._precision} and {_gib(self.free)} GiB may be used"
 
     @property
@@ -109,8 +109,8 @@ class TooLarge(MemoryError):
         return self.forecast.shortfall()
 
 
-def no_room(n: int, missing: str) -> InputError:
-    """Return the refusal of a factor of an n x n matrix, with what is missing.
+def no_room(n: int, missing: str, besides: str = "") -> InputError:
+    """Return the refusal of a factor of an n x n matrix, with what is missing, and what may help besides.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def no_room(n: int, missing: str) -> InputError:
     """
     return InputError(
         f"the factor of the {n} x {n} matrix {missing}: take a coarser mesh or fewer modes, split the model into "
-        f"components, or give it more memory ({BUDGET} sets the limit in GiB where it is set)"
+        f"components, {besides}or give it more memory ({BUDGET} sets the limit in GiB where it is set)"
     )
 
 

@@ -12,6 +12,7 @@ import weakref
 from ctypes import CDLL, RTLD_GLOBAL
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from tempfile import gettempdir, mkdtemp
 from threading import Lock
 from typing import Any
@@ -33,6 +34,7 @@ LACKS = {
     -90: "could not be written to the disk, or read: is it full?",
 }
 ERRORS = {-6: "its pattern is singular", -10: "zero pivot"}
+IN_MEMORY = ("tmpfs", "ramfs")
 FOLDER = "MUMPS_OOC_TMPDIR"
 HOW_TO_INSTALL = "apt-get install libmumps-seq-dev gcc, and pip install 'modalprep[mumps]' (conda: python-mumps)"
 _calls = Lock()  # what MUMPS knows of its files it keeps once for the whole process
@@ -83,7 +85,8 @@ class Mumps:
 
     def __init__(self, n: int, rows: np.ndarray, columns: np.ndarray, entries: np.ndarray) -> None:
         self._matrix = (rows, columns, entries)  # which the library does not copy
-        self._instance = module().dmumps(sym=SYMMETRIC)
+        _refuse_memory(gettempdir())
+        self._instance: Any = module().dmumps(sym=SYMMETRIC)
         self._folder = mkdtemp(prefix="modalprep-factor-")
         self._remove = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
         for option, value in ((SILENT, 0), (PERMUTE, 0), (SCALE, 0), (ON_DISK, 1)):
@@ -102,11 +105,11 @@ class Mumps:
 
     def factorise(self) -> None:
         """Compute the factor."""
+        error = TOO_TIGHT[0]
         for wider in WIDER:
-            self._instance.icntl[ROOM] = wider
-            error = self._run(FACTORISE)
-            if error not in TOO_TIGHT:
-                break
+            if error in TOO_TIGHT:
+                self._instance.icntl[ROOM] = wider
+                error = self._run(FACTORISE)
         _check(error)
         self._matrix = ()
 
@@ -139,6 +142,15 @@ def _check(error: int) -> None:
         raise LackOfMemory(LACKS[error])
     if error < 0:
         raise RuntimeError(ERRORS.get(error, f"MUMPS error {error}"))
+
+
+def _refuse_memory(folder: str) -> None:
+    """Refuse a folder whose files lie in memory."""
+    import psutil
+
+    inside = [part for part in psutil.disk_partitions(all=True) if Path(folder).is_relative_to(part.mountpoint)]
+    if inside and max(inside, key=lambda part: len(part.mountpoint)).fstype in IN_MEMORY:
+        raise LackOfMemory(f"has no disk: files of {folder} lie in memory, TMPDIR sets another folder for them")
 
 
 def room() -> float:
