@@ -48,7 +48,12 @@ class Factor(Protocol):
         ...
 
     def fits_twice(self) -> bool:
-        """Whether another one in double precision has room beside it."""
+        """Say whether another one in double precision has room beside it.
+
+        Returns
+        -------
+        bool
+        """
         ...
 
 

@@ -31,7 +31,7 @@ TOO_TIGHT = (-8, -9, -14, -17, -20)  # its errors: more room helps
 LACKS = {
     -7: "needs more memory than the system gave",
     -13: "needs more memory than the system gave",
-    -90: "could not be written to the disk, or read: is it full?",
+    -90: "could not be written to the disk or read (is it full?)",
 }
 ERRORS = {-6: "its pattern is singular", -10: "zero pivot"}
 IN_MEMORY = ("tmpfs", "ramfs")

@@ -106,8 +106,8 @@ class ReductionTable(Table):
     solver: Solver = Field(
         default="auto",
         description="how the stiffness is factorised: in_memory, in double precision; single, in single precision with "
-        "iterations and half the bytes a number; out_of_core, on disk; auto takes the first of these that fits. superlu "
-        "does without PARDISO",
+        "iterations and half the bytes a number; out_of_core, on disk by MUMPS; auto takes the first of these that "
+        "fits. superlu does without PARDISO",
     )
 
     @model_validator(mode="after")
