@@ -132,6 +132,8 @@ class Plotted:
             ``title``, ``ylabel``.
         A table of modes
             ``axes``: the effective masses of the kept vectors are stacked for each direction.
+        A Campbell diagram
+            ``axes``.
         Modes of a ring
             ``axes``: their frequencies over the nodal diameter.
 

@@ -131,7 +131,7 @@ def test_architecture_has_every_equation(project):
     known = set()
     for file in (project / "docs" / "theory").glob("*.md"):
         for number, anchor, body in re.findall(
-            r"^## (\d+\.\d) [^\n]*\{ #(\S+) \}$(.*?)(?=^## |\Z)", file.read_text(), re.MULTILINE | re.DOTALL
+            r"^## (\d+\.\d+) [^\n]*\{ #(\S+) \}$(.*?)(?=^## |\Z)", file.read_text(), re.MULTILINE | re.DOTALL
         ):
             known.add(f"theory/{file.name}#{anchor}")
             if "\\tag{" in body:

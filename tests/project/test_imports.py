@@ -47,11 +47,11 @@ LAYERS = {
         "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
         "kernels.loads", "kernels.tangents", "packing", "tangents", "elements", "evaluation", "reference",
         "integration.events", "integration", "results", "checkpoints", "preparation", "compilation", "analysis",
-        "control", "starts", "simulate", "free_body", "deploying",
+        "control", "rotors", "starts", "simulate", "free_body", "deploying",
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",
-        "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "synthesis", "ensemble",
+        "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "rotor", "synthesis", "ensemble",
         "body_page", "explain", "correlation", "cyclic", "page", "run_page", "view", "study", "show",
     ),
     "pipeline": (

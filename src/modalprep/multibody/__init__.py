@@ -65,6 +65,11 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.envelopes import Envelope as Envelope
     from modalprep.multibody.results.envelopes import envelopes as envelopes
     from modalprep.multibody.results.recovered import body_motion as body_motion
+    from modalprep.multibody.rotors.campbell import Campbell as Campbell
+    from modalprep.multibody.rotors.campbell import CriticalSpeed as CriticalSpeed
+    from modalprep.multibody.rotors.campbell import campbell as campbell
+    from modalprep.multibody.rotors.whirl import WhirlModes as WhirlModes
+    from modalprep.multibody.rotors.whirl import whirl_modes as whirl_modes
     from modalprep.multibody.starts import state_at as state_at
 else:  # type checkers would take any name
     __getattr__, __dir__, __all__ = lazy(__name__)

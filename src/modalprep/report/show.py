@@ -19,6 +19,7 @@ from modalprep.extras import need
 from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import start_channels
 from modalprep.multibody.results.result import Result
+from modalprep.multibody.rotors.campbell import Campbell
 from modalprep.reduction.cyclic.modes import CyclicModes
 from modalprep.reduction.table import ModeTable
 from modalprep.report.charts.figures import show_verbatim
@@ -28,6 +29,7 @@ from modalprep.report.cyclic import draw_cyclic
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.render import PICTURE, drawing_problem, mesh_scene, mode_scene
 from modalprep.report.pictures.system_animation import animate_system
+from modalprep.report.rotor import draw_campbell
 from modalprep.report.scene.record import Scene, scene_of
 from modalprep.report.scene.style import FilmStyle
 from modalprep.report.scene.system import SystemScene
@@ -104,6 +106,13 @@ def _plot_effective_mass(table: ModeTable, *, axes: Axes | None = None) -> Axes:
 def _plot_nodal_diameters(modes: CyclicModes, *, axes: Axes | None = None) -> Axes:
     axes = axes or _axes((9.0, 5.0))
     draw_cyclic(axes, modes)
+    return axes
+
+
+@plot.register(Campbell)
+def _plot_campbell(found: Campbell, *, axes: Axes | None = None) -> Axes:
+    axes = axes or _axes((9.0, 5.5))
+    draw_campbell(axes, found)
     return axes
 
 

@@ -2,67 +2,11 @@
 
 import numpy as np
 import pytest
+from shafts import AT_REST, SPIN, SPINNING, floating
 
 import modalprep as mp
-from modalprep.examples import beam_mesh, uniform_beam
+from modalprep.examples import uniform_beam
 from modalprep.multibody.analysis.linearise import _column_error
-
-# Friswell, Penny, Garvey, Lees, Dynamics of Rotating Machines, Cambridge 2010, example 5.9.1: six equal elements
-LENGTH, D, E, G, RHO = 1.5, 0.05, 211e9, 81.2e9, 7810.0
-BEARING = 1e6  # N/m across, at both ends
-AT_REST = [86.65811, 274.31285, 716.78631]  # rad/s, each double; with these elements, by ROSS
-SPIN = 4000 * 2 * np.pi / 60
-SPINNING = {"backward": [85.38947, 251.78460], "forward": [87.79586, 294.71333]}
-
-
-def disc(width, outer):
-    mass = RHO * np.pi / 4 * (outer**2 - D**2) * width
-    polar = mass / 8 * (outer**2 + D**2)
-    across = polar / 2 + mass * width**2 / 12
-    return mp.PointMass(mass=mass, inertia=(polar, across, across, 0.0, 0.0, 0.0))
-
-
-def shaft():
-    A, second = np.pi / 4 * D**2, np.pi / 64 * D**4
-    nu = E / (2 * G) - 1
-    shear = 6 * (1 + nu) / (7 + 6 * nu)  # Cowper, J. Applied Mechanics 33 (1966) 335, of a circle
-    steel = mp.Material(E=E, nu=nu, rho=RHO)
-    mesh = beam_mesh(6, LENGTH)
-    places = {"root": 0, "tip": 6, "one": 2, "two": 4}
-    mesh = mesh.with_(
-        cells={**mesh.cells, "vertex": np.array(list(places.values()))[:, None]},
-        groups={"beam": mesh.groups["beam"]} | {x: {"vertex": np.array([k])} for k, x in enumerate(places)},
-    )
-    properties = {
-        "beam": mp.Beam(material=steel, A=A, Iy=second, Iz=second, J=2 * second, ky=shear, kz=shear),
-        "one": disc(0.07, 0.28),
-        "two": disc(0.07, 0.35),
-    }
-    ends = {
-        "root": mp.Interface(group="root", kind="node"),
-        "tip": mp.Interface(group="tip", kind="node", boundary="free"),
-    }
-    model = mp.assemble(mesh, properties, ends)
-    return mp.flexible_body(model, mp.craig_bampton(model, modes=36), name="shaft")
-
-
-@pytest.fixture(scope="module")
-def rotor():
-    def at(spin):
-        joint = mp.Joint(name="flight", type="free", parent="ground", child="shaft", angular_velocity=[spin, 0, 0])
-        bearings = tuple(
-            mp.multibody.Bushing(
-                name=f"bearing {end}",
-                between=("ground", f"shaft.{end}"),
-                stiffness=[0.0, BEARING, BEARING, 0.0, 0.0, 0.0],
-                position=[x, 0.0, 0.0],
-            )
-            for end, x in (("root", 0.0), ("tip", LENGTH))
-        )
-        return mp.System(bodies={"shaft": body}, joints=(joint,), loads=bearings)
-
-    body = shaft()
-    return at
 
 
 def rates(system):
@@ -71,16 +15,16 @@ def rates(system):
     return np.sort(values.imag[values.imag > 1.0]), values.real.max()
 
 
-def test_at_rest(rotor):
-    found, growth = rates(rotor(0.0))
+def test_at_rest():
+    found, growth = rates(floating(0.0))
     bending = [found[np.argmin(np.abs(found - rate)) + k] for rate in AT_REST for k in (0, 1)]
     assert bending == pytest.approx(np.repeat(AT_REST, 2), rel=1e-7)  # the digits printed
     assert growth < 1e-6  # 1/s: nothing damps, nothing drives
 
 
-def test_whirl_in_the_turning_axes(rotor):
+def test_whirl_in_the_turning_axes():
     """The body's axes turn: a forward whirl is slower there by the spin, a backward whirl is faster."""
-    found, growth = rates(rotor(SPIN))
+    found, growth = rates(floating(SPIN))
     expected = [SPIN + rate for rate in SPINNING["backward"]] + [SPIN - rate for rate in SPINNING["forward"]]
     nearest = [found[np.argmin(np.abs(found - rate))] for rate in expected]
     assert nearest == pytest.approx(expected, rel=1e-7)

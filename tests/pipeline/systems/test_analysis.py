@@ -396,3 +396,52 @@ def test_a_run_where_requested(folder):
 def test_pandas_is_an_extra(project):
     extras = tomllib.loads((project / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     assert extras["dataframe"] == [name for name in extras["test"] if name.startswith("pandas")]
+
+
+ROTOR = """
+[bodies.disc]
+mass = 10.0
+inertia = [0.2, 0.15, 0.15]
+interfaces = { hub = [0, 0, 0] }
+
+[joints.flight]
+type = "free"
+child = "disc.hub"
+
+[bushings.bearing]
+between = ["ground", "disc.hub"]
+stiffness = [0, 1e6, 8e5, 0, 0, 0]
+damping = [0, 20, 20, 0, 0, 0]
+
+[analysis]
+modes = 0
+about = "start"
+
+[analysis.rotor.wheel]
+joint = "flight"
+axis = [1, 0, 0]
+highest = "4000 rpm"
+points = 5
+modes = 4
+"""
+
+
+def test_a_campbell_diagram(tmp_path, capsys):
+    """The springs' axes stand still: critical speeds at ``sqrt(k / m)``, decrement ``pi c / sqrt(k m)``."""
+    assert job(tmp_path, ROTOR, "analyse") == 0
+    [folder] = (tmp_path / "output").iterdir()
+    critical = json.loads((folder / "job-analysis.json").read_text())["rotors"]["wheel"]["critical_speeds"]
+    found = sorted((each["rpm"], each["logarithmic_decrement"]) for each in critical if each["whirl"] == "planar")
+    for (rpm, decrement), k in zip(found, (8e5, 1e6), strict=True):
+        w = np.sqrt(k / 10 - 1.0)  # damped: (c / 2 m)^2 = 1
+        assert (rpm, decrement) == pytest.approx((w * 30 / np.pi, 2 * np.pi / w), rel=1e-7)
+    with (folder / "job-rotor-wheel.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[-1]["rpm"]) == pytest.approx(4000.0)
+    assert (folder / "job-rotor-wheel.png").stat().st_size > 1000
+    assert "Critical speeds of rotor wheel" in capsys.readouterr().out
+
+
+def test_a_rotor_without_a_joint_is_refused(tmp_path, capsys):
+    assert job(tmp_path, ROTOR.replace('joint = "flight"', 'joint = "fligth"'), "analyse") == 2
+    assert "did you mean 'flight'" in capsys.readouterr().err

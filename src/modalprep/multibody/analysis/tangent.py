@@ -266,7 +266,7 @@ def roots(t: Tangent) -> Roots:
     [1.0, 1000000.0]
     """
     n = len(t.M)
-    w = _slowest(t)
+    w = slowest(t)
     S = 1 / np.sqrt(np.abs(np.diag(t.K)) + w**2 * np.diag(t.M))
     N = t.N * S / (S[:, None] * w)
     one = np.eye(n)
@@ -290,7 +290,7 @@ def roots(t: Tangent) -> Roots:
     return Roots(values=w * values, vectors=right * np.concatenate([S, w * S])[:, None], error=w * error)
 
 
-def _slowest(t: Tangent) -> float:
+def slowest(t: Tangent) -> float:
     """Return a rate (1/s) of the order of the slowest: that of a coordinate by itself, else of the damping, else 1."""
     k, m = np.diag(t.K), np.diag(t.M)
     held = k > 10 * np.diag(t.K_error) + EPS * np.abs(t.K).max(axis=1, initial=0.0)

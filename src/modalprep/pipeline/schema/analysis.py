@@ -9,7 +9,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from modalprep.applies import Rule
 from modalprep.formats.statespace import WRITERS
 from modalprep.pipeline.schema.base import OneOf, ReferenceTable, Table
-from modalprep.pipeline.schema.quantities import TEXT_TOO, Duration, Frequency, in_si
+from modalprep.pipeline.schema.quantities import TEXT_TOO, AngularVelocity, Duration, Frequency, Three, in_si
 from modalprep.pipeline.schema.system import EACH, THEORY, Theory
 from modalprep.pipeline.schema.time import TIME, Time, form
 
@@ -74,6 +74,28 @@ class InverseTable(Table):
     rtol: float = Field(1e-9, ge=1e-13, le=1e-2, description="relative tolerance of modes and joints without a history")
 
 
+class RotorTable(Table):
+    """Campbell diagram and critical speeds of a system in which a joint turns steadily."""
+
+    joint: str = Field(description="about which the rotor turns: revolute, cylindrical, spherical or free")
+    axis: Three[float] | None = Field(
+        None, description="of a spherical or free joint, in the parent's frame; default: its angular velocity"
+    )
+    lowest: AngularVelocity = Field(0.0, ge=0, description="speed, rad/s")
+    highest: AngularVelocity = Field(gt=0, description="speed, rad/s")
+    points: Annotated[int, Field(ge=2, le=10_000)] = 21
+    modes: Annotated[int, Field(ge=1, le=1000)] = Field(8, description="the slowest, which are followed")
+    orders: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)] = Field(
+        [1.0], description="multiples of the speed that excite: 1 unbalance, 2 misalignment, the number of blades"
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> RotorTable:
+        if not self.lowest < self.highest:
+            raise ValueError(f"lowest = {self.lowest:g} rad/s must be below highest = {self.highest:g} rad/s")
+        return self
+
+
 class AnalysisTable(Table):
     """Equilibrium, modes, linear equations, frequency response and hinge forces of the system."""
 
@@ -93,6 +115,7 @@ class AnalysisTable(Table):
     response: ResponseTable | None = Field(None, description="of the outputs to harmonic inputs")
     sweep: SweepTable | None = Field(None, description="modes over time")
     inverse: InverseTable | None = None
+    rotor: dict[str, RotorTable] = Field({}, description="Campbell diagrams, of the system without weight")
 
     @model_validator(mode="after")
     def _response_of_what(self) -> AnalysisTable:

@@ -21,9 +21,10 @@ from modalprep.multibody.analysis.system_modes import SystemModes, system_modes
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.multibody.rotors.campbell import Campbell, campbell
 from modalprep.pipeline.building.sources import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable, SweepTable
+from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable, RotorTable, SweepTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded, load
 from modalprep.pipeline.schema.time import has_several_values, time_function
@@ -38,6 +39,7 @@ from modalprep.report.analysis import (
     write_response,
     write_sweep,
 )
+from modalprep.report.rotor import campbell_plot, campbell_summary, campbell_table, write_campbell
 from modalprep.verdicts.notes import warnings_of
 from modalprep.verdicts.verdict import FAILED, PASSED, Requirement, Verdict
 
@@ -54,6 +56,7 @@ class Analysed:
     sweep: dict[float, SystemModes] | None
     sweep_notes: tuple[str, ...]
     inverse: InverseDynamics | None
+    rotors: dict[str, Campbell]
     table: AnalysisTable
 
     @property
@@ -62,7 +65,8 @@ class Analysed:
         inverse = () if self.inverse is None else self.inverse.notes
         equilibrium = () if self.equilibrium is None else self.equilibrium.notes
         linear = () if self.linear is None else self.linear.notes
-        return (*equilibrium, *_instabilities(self.modes), *linear, *self.sweep_notes, *inverse)
+        rotors = [f"rotor {name}: {note}" for name, found in self.rotors.items() for note in _rotor_notes(found)]
+        return (*equilibrium, *_instabilities(self.modes), *linear, *self.sweep_notes, *inverse, *rotors)
 
     @property
     def audits(self) -> tuple[Requirement, ...]:
@@ -103,6 +107,8 @@ class Analysed:
             summary["modes"]["moves_most"] = most_moved(self.modes)[listed]
         if self.linear is not None:
             summary["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
+        if self.rotors:
+            summary["rotors"] = {name: campbell_summary(found) for name, found in self.rotors.items()}
         return summary | {"notes": list(self.notes), "verdict": self.verdict.summary()}
 
 
@@ -113,6 +119,16 @@ def _instabilities(modes: SystemModes | None) -> tuple[str, ...]:
         return ()
     count = f"{len(growing)} of its modes {'grows' if len(growing) == 1 else 'grow'}"
     return (f"the system is unstable about this state: {count}, the fastest by {max(growing):.4g} 1/s",)
+
+
+def _rotor_notes(found: Campbell) -> list[str]:
+    """Return the notes of a Campbell diagram, and where modes grow or could not be followed."""
+    notes = list(found.notes)
+    if found.first_unstable is not None:
+        notes.append(f"unstable at {found.first_unstable * 30 / np.pi:.4g} rpm: a mode grows")
+    if lost := int(np.sum(np.any(np.isnan(found.eigenvalue), axis=0))):
+        notes.append(f"{lost} of its modes could not be followed over all speeds; give more points or modes")
+    return notes
 
 
 def analyse_pipeline(path: str | Path | Loaded, output: Path | None, reporter: Reporter) -> Analysed:
@@ -156,6 +172,7 @@ def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
         sweep=sweep,
         sweep_notes=sweep_notes,
         inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
+        rotors={name: _rotor(system, name, rotor) for name, rotor in table.rotor.items()},
         table=table,
     )
 
@@ -178,6 +195,12 @@ def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynami
     times = output_times(table.t_end, table.output_step)
     motion = {name: _law(name, value, folder) for name, value in table.motion.items()}
     return inverse_dynamics(system, motion, times, modes=table.modes, rtol=table.rtol)
+
+
+def _rotor(system: System, name: str, table: RotorTable) -> Campbell:
+    speeds = np.linspace(table.lowest, table.highest, table.points)
+    with naming(f"[analysis.rotor.{name}]"):
+        return campbell(system, table.joint, speeds, axis=table.axis, modes=table.modes, orders=table.orders)
 
 
 def _law(name: str, value: Any, folder: Path) -> TimeFunction | list[TimeFunction]:
@@ -204,6 +227,8 @@ def _report(analysed: Analysed, stem: Path, reporter: Reporter) -> None:
         _write_modes(analysed.sweep, table.sweep, stem, reporter)
     if analysed.inverse is not None:
         _forces(analysed.inverse, stem, reporter)
+    for name, found in analysed.rotors.items():
+        _write_rotor(found, name, stem, reporter)
 
 
 def _write_linear(linear: StateSpace, table: AnalysisTable, stem: Path, reporter: Reporter) -> None:
@@ -224,6 +249,14 @@ def _write_modes(sweep: dict[float, SystemModes], table: SweepTable, stem: Path,
     reporter.wrote(write_sweep(sweep, table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
     target = stem.with_name(f"{stem.name}-sweep.png")
     reporter.wrote(sweep_plot(sweep, table.modes, target, label=table.label, reference=reference))
+
+
+def _write_rotor(found: Campbell, name: str, stem: Path, reporter: Reporter) -> None:
+    """Print the critical speeds, write and draw the Campbell diagram."""
+    campbell_table(found, name, reporter.console)
+    own = stem.with_name(f"{stem.name}-rotor-{name}")
+    reporter.wrote(write_campbell(found, own.with_name(f"{own.name}.csv")))
+    reporter.wrote(campbell_plot(found, own.with_name(f"{own.name}.png")))
 
 
 def _forces(inverse: InverseDynamics, stem: Path, reporter: Reporter) -> None:

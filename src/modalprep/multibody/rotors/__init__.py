@@ -1,0 +1,1 @@
+"""Rotors: whirl about a steady rotation, Campbell diagrams, critical speeds."""
