@@ -17,7 +17,7 @@ from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration import driver
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.packing.tree import pack_changed
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.result import output_times
 from modalprep.multibody.simulate import check_span
@@ -31,6 +31,7 @@ from modalprep.sensitivity.parameters import ModalStart, Parameter
 from modalprep.sensitivity.projection import Projection
 from modalprep.sensitivity.rosenbrock import RosenbrockStep
 from modalprep.sensitivity.trace import Traced
+from modalprep.sensitivity.way_back import WayBack, applies
 from modalprep.suggest import refuse_other
 
 EXPLICIT_ONLY = "explicit"  # the method of closed loops
@@ -206,7 +207,7 @@ class Course:
     def _start(self, system: System) -> np.ndarray:
         """Return the state at which a run of a system starts (ny,)."""
         if self._rests and not system.closures:
-            return start_state(pack(system))
+            return start_state(pack_changed(system, self.system))
         state = started(system, self.options.start, self.options.period)
         return self._prepared(system, state).steps.y[: self.ny].copy()
 
@@ -216,6 +217,11 @@ class Course:
         if isinstance(step, Jump):
             return JumpMap(self.model, step, self._readers)
         return MAPS[step.method](self.model, step)
+
+    @cached_property
+    def way_back(self) -> WayBack | None:
+        """The way back through many steps at once; None of a system to which it does not apply."""
+        return WayBack(self.model) if applies(self.system) else None
 
     @cached_property
     def _readers(self) -> Readers:

@@ -156,11 +156,30 @@ def reverse(course: Course, slopes: ChannelSlopes, weights: np.ndarray) -> np.nd
     bar_p = np.zeros(len(course.parameters))
     of_states = slopes.reverse(course.moments, course.states, weights, course.projection, bar_p)
     bar = np.zeros(course.nz)
-    _take(course, len(course.trace), of_states, bar, bar_p)
-    for k in range(len(course.trace) - 1, -1, -1):
-        bar = course.map(k).reverse(bar, bar_p)
-        _take(course, k, of_states, bar, bar_p)
+    k = len(course.trace)
+    while k:
+        begin = course.way_back.begin(course.trace, k) if course.way_back else k
+        if begin < k:
+            bar = _many(course, begin, k, of_states, bar, bar_p)
+        else:
+            begin = k - 1
+            _take(course, k, of_states, bar, bar_p)
+            bar = course.map(begin).reverse(bar, bar_p)
+        k = begin
+    _take(course, 0, of_states, bar, bar_p)
     return bar_p + course.start_slopes().T @ bar[: course.ny]
+
+
+def _many(
+    course: Course, begin: int, end: int, of_states: np.ndarray, bar: np.ndarray, bar_p: np.ndarray
+) -> np.ndarray:
+    """Return the gradient before step `begin`, by that after the step before `end`."""
+    assert course.way_back is not None
+    after = np.zeros((end - begin, course.ny))
+    for k in range(begin, end):
+        for output in course.outputs_after(k + 1):
+            after[k - begin] += of_states[output]
+    return course.way_back.reverse(course.trace[begin:end], after, bar, bar_p)
 
 
 def _take(course: Course, k: int, of_states: np.ndarray, bar: np.ndarray, bar_p: np.ndarray) -> None:

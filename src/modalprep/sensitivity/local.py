@@ -13,6 +13,7 @@ from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import pack_changed
 from modalprep.sensitivity.differences import LINEAR, Neighbours, neighbours
 from modalprep.sensitivity.parameters import Parameter
 from modalprep.sensitivity.tangent_maps import Kinematics, Layout
@@ -79,8 +80,12 @@ class Model:
 
     def _along(self, number: int, parameter: Parameter, until: float) -> Beside:
         found = neighbours(self.system, parameter)
+        for other in found.systems:
+            pack_changed(other, self.system)
         if parameter.is_linear:
-            other = Evaluator(parameter.change(self.system, parameter.value + parameter.step), until=until)
+            beside = parameter.change(self.system, parameter.value + parameter.step)
+            pack_changed(beside, self.system)
+            other = Evaluator(beside, until=until)
             weights = np.array(LINEAR.weights) / parameter.step
             return Beside(number, found, (self.evaluator, other), weights, moves_loops=False)
         evaluators = tuple(Evaluator(other, until=until) for other in found.systems)

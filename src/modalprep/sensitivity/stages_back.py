@@ -1,0 +1,203 @@
+"""Steps of the explicit method from the last to the first, in compiled code: theory 5.9.
+
+A stage costs one evaluation, whose factor of the mass matrix stays in the data of the stage, one solution with it, and
+one product with the derivatives of the inverse dynamics (kernels/tangents/pulled_back.py): no matrix is made.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import compile_inline, compile_kernel
+from modalprep.multibody.elements import hinge
+from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate, load
+from modalprep.multibody.integration.dop853_table import STAGES, A, B, C
+from modalprep.multibody.kernels.algebra.tuples import copy
+from modalprep.multibody.kernels.articulated_body import clear_wrenches, forward_bias, inward_bias
+from modalprep.multibody.kernels.modal import add_modal_loads
+from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.kernels.tangents.data import Sweep
+from modalprep.multibody.kernels.tangents.outward import outward_tangents
+from modalprep.multibody.kernels.tangents.pulled_back import Pulled, pull_back
+from modalprep.multibody.kernels.tangents.pulled_rates import pull_lengths, pull_rates
+
+
+@by_address
+class Stages(NamedTuple):
+    """The equations of motion with data of their own for each stage of a step."""
+
+    s0: Equations
+    s1: Equations
+    s2: Equations
+    s3: Equations
+    s4: Equations
+    s5: Equations
+    s6: Equations
+    s7: Equations
+    s8: Equations
+    s9: Equations
+    s10: Equations
+    s11: Equations
+
+
+@by_address
+class Steps(NamedTuple):
+    """Steps on the way back, and what is found at their stages."""
+
+    t: np.ndarray  # (k,) s, begin
+    h: np.ndarray  # (k,) s
+    y: np.ndarray  # (k, nx + nu + 1) states at the begin
+    after: np.ndarray  # (k, nx + nu) what is added to the gradient by the state at the end
+    time: np.ndarray  # (12 k,) s, of the stages
+    states: np.ndarray  # (12 k, nx + nu + 1)
+    accelerations: np.ndarray  # (12 k, nu)
+    push: np.ndarray  # (12 k, nu) gradients by the generalised forces
+
+
+@by_address
+class Back(NamedTuple):
+    """Work of a step."""
+
+    work: Sweep
+    pulled: Pulled
+    rates: np.ndarray  # (12, nx + nu + 1) of the stages
+    bars: np.ndarray  # (12, nx + nu) gradients by them
+    raw: np.ndarray  # (nx + nu + 1,) state at the end, quaternions as they came
+    by_x: np.ndarray  # (nu,)
+    by_u: np.ndarray  # (nu,)
+    own: np.ndarray  # (nx + nu,) gradient by the state of a stage
+    force: np.ndarray  # (nu,)
+    sums: np.ndarray  # (2,) of push times the forces that are required, and times those of joints' elements
+
+
+@compile_inline
+def _stage(all, i):
+    """Return the equations of stage i."""
+    if i < 6:
+        if i < 3:
+            return all.s0 if i == 0 else all.s1 if i == 1 else all.s2
+        return all.s3 if i == 3 else all.s4 if i == 4 else all.s5
+    if i < 9:
+        return all.s6 if i == 6 else all.s7 if i == 7 else all.s8
+    return all.s9 if i == 9 else all.s10 if i == 10 else all.s11
+
+
+@compile_kernel
+def steps_back(stages, steps, count, back, bar):
+    """Replace the gradient by the state at the end of `count` steps, ``bar (nx + nu,)``, by that at their begin.
+
+    Returns GOOD, or the link whose pivot is not positive at a stage.
+    """
+    back.sums[0] = back.sums[1] = 0.0
+    for k in range(count - 1, -1, -1):
+        for c in range(len(bar)):
+            bar[c] += steps.after[k, c]
+        status = _evaluate_stages(stages, steps, k, back)
+        if status != GOOD:
+            return status
+        _step_back(stages, steps, k, back, bar)
+    return GOOD
+
+
+@compile_kernel
+def _evaluate_stages(stages, steps, k, back):
+    """Write states and rates of the stages of step k, and its end."""
+    h, begin = steps.h[k], steps.y[k]
+    nx, nu = stages.s0.model.nx, len(stages.s0.tau)
+    for i in range(STAGES):
+        row = STAGES * k + i
+        state, rates = steps.states[row], back.rates[i]
+        _combine(begin, back.rates, A[i], i, h, state)
+        steps.time[row] = steps.t[k] + C[i] * h
+        status = evaluate(_stage(stages, i), steps.time[row], state, rates)
+        if status != GOOD:
+            return status
+        copy(rates[nx : nx + nu], steps.accelerations[row])
+    _combine(begin, back.rates, B, STAGES, h, back.raw)
+    return GOOD
+
+
+@compile_kernel
+def _combine(y, rates, a, count, h, out):
+    """Write ``y + h sum a_j rates_j`` to `out`."""
+    copy(y, out)
+    for j in range(count):
+        f = h * a[j]
+        if f != 0.0:
+            for k in range(len(out)):
+                out[k] += f * rates[j, k]
+
+
+@compile_kernel
+def _step_back(stages, steps, k, back, bar):
+    """Go back over step k, whose stages are evaluated."""
+    h, bars = steps.h[k], back.bars
+    pull_lengths(stages.s0.model, back.raw, bar)
+    for i in range(STAGES):
+        for c in range(len(bar)):
+            bars[i, c] = h * B[i] * bar[c]
+    for i in range(STAGES - 1, -1, -1):
+        _stage_back(_stage(stages, i), steps, STAGES * k + i, back, bars[i])
+        for c in range(len(bar)):
+            bar[c] += back.own[c]
+        for j in range(i):
+            f = h * A[i, j]
+            if f != 0.0:
+                for c in range(len(bar)):
+                    bars[j, c] += f * back.own[c]
+
+
+@compile_kernel
+def _stage_back(eq, steps, row, back, bar):
+    """Write the gradient by the state of a stage to `own`, by that of its rates; its accelerations stand in the data."""
+    model, data, work = eq.model, eq.data, back.work
+    nu = len(eq.tau)
+    push, state = steps.push[row], steps.states[row]
+    _accelerate(eq, bar[model.nx : model.nx + nu], push)
+    load(eq, steps.time[row], state)
+    required_forces(model, data, steps.accelerations[row], back.force)
+    outward_tangents(model, data, work)
+    pull_back(model, data, work, back.pulled, push, back.by_x, back.by_u)
+    for u in range(nu):
+        back.by_x[u] -= eq.slope[0, u] * push[u]
+        back.by_u[u] -= eq.slope[1, u] * push[u]
+        back.sums[0] += push[u] * (back.force[u] - eq.tau[u])
+        back.sums[1] += push[u] * eq.tau[u]
+    pull_rates(model, state, bar, back.by_x, back.by_u, back.own)
+
+
+@compile_inline
+def _accelerate(eq, force, out):
+    """Write the accelerations that forces (nu,) alone make, with the factor of the last evaluation."""
+    model, data = eq.model, eq.data
+    clear_wrenches(model, data)
+    add_modal_loads(data.modal, model, force)
+    inward_bias(model, data, force)
+    forward_bias(model, data, force, out)
+
+
+@compile_kernel
+def force_product(eq, steps, rows, force):
+    """Return the sum over so many stages of their gradients times the forces that their accelerations need."""
+    total = 0.0
+    for r in range(rows):
+        load(eq, steps.time[r], steps.states[r])
+        required_forces(eq.model, eq.data, steps.accelerations[r], force)
+        for u in range(len(force)):
+            total += steps.push[r, u] * (force[u] - eq.tau[u])
+    return total
+
+
+@compile_kernel
+def hinge_product(eq, steps, rows):
+    """Return the sum over so many stages of their gradients times the forces of joints' elements."""
+    total = 0.0
+    for r in range(rows):
+        eq.tau[:] = 0.0
+        hinge.apply(eq.loads.hinges, eq.loads.environment, eq.model, steps.states[r], steps.time[r], eq.tau, eq.slope)
+        for u in range(len(eq.tau)):
+            total += steps.push[r, u] * eq.tau[u]
+    return total

@@ -1,0 +1,122 @@
+"""The way back through many explicit steps at once, in compiled code, for systems to which it applies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import takewhile
+from typing import Any
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.evaluation.evaluate import GOOD, Equations, build_equations
+from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.integration import driver
+from modalprep.multibody.integration.dop853_table import STAGES
+from modalprep.multibody.kernels.tangents.pulled_back import new_pulled
+from modalprep.multibody.model.system import System
+from modalprep.sensitivity.jumps import Jump
+from modalprep.sensitivity.local import Model
+from modalprep.sensitivity.stages_back import Back, Stages, Steps, force_product, hinge_product, steps_back
+from modalprep.sensitivity.trace import Step
+
+MOST = 2**20  # numbers that are kept of the stages of some steps
+
+
+def applies(system: System) -> bool:
+    """Whether compiled code goes back: nothing acts but gravity, joints' elements and prescribed motions."""
+    return not (system.closures or system.loads or system.orbit or system.depletions)
+
+
+class WayBack:
+    """The way back through steps of the explicit method.
+
+    Parameters
+    ----------
+    model : Model
+        Of a system to which it `applies`.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        nx, nu, packed = model.nx, model.nu, model.packed
+        self.ny = ny = nx + nu
+        self.at_once = max(1, MOST // (STAGES * (ny + 2 * nu)))
+        own = _equations(model.evaluator)
+        self.stages = Stages(*(own._replace(data=packed.data()) for _ in range(STAGES)))
+        self.force = np.empty(nu)
+        self.back = Back(
+            work=packed.sweep(),
+            pulled=new_pulled(packed.model),
+            rates=np.empty((STAGES, ny + 1)),
+            bars=np.empty((STAGES, ny)),
+            raw=np.empty(ny + 1),
+            by_x=np.zeros(nu),
+            by_u=np.zeros(nu),
+            own=np.zeros(ny),
+            force=np.empty(nu),
+            sums=np.empty(2),
+        )
+        self.others = {id(each): _equations(each) for along in model.beside for each in along.evaluators}
+
+    def begin(self, trace: Sequence[Step | Jump], end: int) -> int:
+        """Return from which step on it goes back at once to step `end`; `end` where it cannot."""
+        last = trace[end - 1] if end else None
+        before = reversed(range(max(0, end - self.at_once), end))
+        alike = takewhile(lambda k: self._is_like(trace[k], last), before)
+        return end - sum(1 for _ in alike)
+
+    @staticmethod
+    def _is_like(step: Step | Jump, last: Step | Jump | None) -> bool:
+        explicit = isinstance(step, Step) and step.method == driver.EXPLICIT
+        return explicit and last is not None and step.stretch == last.stretch
+
+    def reverse(self, steps: Sequence[Any], after: np.ndarray, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
+        """Return the gradient by the state before some steps; that by the parameters is added to `bar_p`.
+
+        Parameters
+        ----------
+        after : (k, nx + nu)
+            What is added to the gradient by the state after each step.
+        """
+        self.model.at(steps[0].begin)
+        kept = self._kept(steps, after)
+        found = np.zeros_like(bar)
+        found[: self.ny] = bar[: self.ny]
+        own: np.ndarray = found[: self.ny]
+        if steps_back(self.stages, kept, len(steps), self.back, own) != GOOD:
+            raise SimulationError("derivatives of the run: the mass matrix is not positive at a stage of a step")
+        self._add_parameters(kept, STAGES * len(steps), bar_p)
+        return found
+
+    def _kept(self, steps: Sequence[Any], after: np.ndarray) -> Steps:
+        rows, nu = STAGES * len(steps), self.model.nu
+        return Steps(
+            t=np.array([step.t for step in steps]),
+            h=np.array([step.h for step in steps]),
+            y=np.hstack([np.array([step.y for step in steps]), np.zeros((len(steps), 1))]),
+            after=after,
+            time=np.empty(rows),
+            states=np.empty((rows, self.ny + 1)),
+            accelerations=np.empty((rows, nu)),
+            push=np.empty((rows, nu)),
+        )
+
+    def _add_parameters(self, kept: Steps, rows: int, bar_p: np.ndarray) -> None:
+        """Add the gradients by the parameters: of the forces that the accelerations need."""
+        required, of_joints = self.back.sums.tolist()
+        for along in self.model.beside:
+            products = [self._product(each, kept, rows, required, of_joints) for each in along.evaluators]
+            bar_p[along.number] -= along.weights @ products
+
+    def _product(self, evaluator: Evaluator, kept: Steps, rows: int, required: float, of_joints: float) -> float:
+        if evaluator is self.model.evaluator:
+            return required
+        eq = self.others[id(evaluator)]
+        if evaluator.packed.model is self.model.packed.model:
+            return required + of_joints - hinge_product(eq, kept, rows)
+        return force_product(eq, kept, rows, self.force)
+
+
+def _equations(evaluator: Evaluator) -> Equations:
+    return build_equations(evaluator.packed, evaluator.loading, evaluator.data)
