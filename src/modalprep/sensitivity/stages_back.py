@@ -152,7 +152,7 @@ def _step_back(stages, steps, k, back, bar):
 
 @compile_kernel
 def _stage_back(eq, steps, row, back, bar):
-    """Write the gradient by the state of a stage to `own`, by that of its rates; its accelerations stand in the data."""
+    """Write the gradient by the state of a stage to `own`, by that of its rates; its factor stands in the data."""
     model, data, work = eq.model, eq.data, back.work
     nu = len(eq.tau)
     push, state = steps.push[row], steps.states[row]

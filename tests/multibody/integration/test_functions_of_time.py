@@ -162,6 +162,16 @@ def test_dense_tables_are_followed_by_long_steps():
     assert run["j0.rate"][-1] == pytest.approx(1 + area, rel=1e-12)
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
+@pytest.mark.parametrize(("points", "curve"), [(201, np.sin), (1001, lambda t: np.exp(-(((t - 5) / 0.6) ** 2)))])
+def test_dense_tables_are_followed_to_the_tolerance(points, curve, rtol):
+    """Straight lines have the area of trapezia, which is that of the curve itself to 1e-4 or 1e-6 only."""
+    t = np.linspace(0, T_END, points)
+    run = mp.simulate(turning(mp.multibody.TimeFunction.table(t, curve(t))), t_end=T_END, output_step=T_END, rtol=rtol)
+    largest = np.abs(run["j0.rate"]).max()
+    assert run["j0.rate"][-1] == pytest.approx(1 + np.trapezoid(curve(t), t), abs=rtol * largest)
+
+
 def bounds_of(system):
     return Loading(system, pack(system), T_END).step_bounds()
 

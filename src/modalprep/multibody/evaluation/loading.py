@@ -23,7 +23,7 @@ from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.deployment import no_reels
 from modalprep.multibody.packing.packed import Packed
-from modalprep.multibody.packing.step_bounds import StepBounds, step_bounds
+from modalprep.multibody.packing.step_bounds import NEGLIGIBLE, StepBounds, step_bounds
 
 
 def frames(packed: Packed, data: Data) -> Callable[[str, int], Frame]:
@@ -103,13 +103,13 @@ class Loading:
             raise SimulationError("the system has no closures, so no loops that could be looked at")
         return self.loops
 
-    def step_bounds(self) -> StepBounds:
-        """Return what the functions of time, and those in control laws, ask of the steps."""
+    def step_bounds(self, rtol: float = NEGLIGIBLE) -> StepBounds:
+        """Return what the functions of time, and those in control laws, ask of the steps of a run to `rtol`."""
         width = survey_width(self.t_end, self.shortest_event)
         laws = [text for load in self.system.loads if isinstance(load, Callback) for text in load.laws]
         times = [smooth_times(part, self.t_end, width) for text in laws for part in parts_of_time(text)]
         tables = [self.arrays.environment.tables, *([self.loops.arrays.tables] if self.loops else [])]
-        return step_bounds(tables, self.t_end, times)
+        return step_bounds(tables, self.t_end, times, rtol)
 
     def clip(self, begin: float, end: float) -> None:
         """Integrate from `begin` to `end` only (s)."""

@@ -134,7 +134,9 @@ class Integration:
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
-        bounds = loading.step_bounds() if ends is None else ending_at(loading.step_bounds(), ends)
+        bounds = loading.step_bounds(rtol)
+        if ends is not None:
+            bounds = ending_at(bounds, ends)
         settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, bounds
         self.steps = new_run(y, self._free_parts(keeps_momenta), len(turning(system)), *settings)
         self._measure_deflections(size, y if is_deflected else None)

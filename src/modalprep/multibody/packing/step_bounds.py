@@ -36,17 +36,20 @@ def ending_at(bounds: StepBounds, times: np.ndarray) -> StepBounds:
     return bounds._replace(ends=np.sort(np.concatenate([np.array(apart), times])))
 
 
-def step_bounds(all_tables: Sequence[Tables], t_end: float, further: Sequence[np.ndarray] = ()) -> StepBounds:
+def step_bounds(
+    all_tables: Sequence[Tables], t_end: float, further: Sequence[np.ndarray] = (), rtol: float = NEGLIGIBLE
+) -> StepBounds:
     """Return what the functions of tables ask of the steps; `further` are times between which others are smooth.
 
     Between the times of a cell a function is a polynomial of degree five to `NEGLIGIBLE`, which a step of that length
-    cannot miss. Tables of points end a step at each point that is no part of such a cell.
+    cannot miss. Tables of points end a step at each point that is no part of such a cell, nor of one to `rtol` where
+    that is less: a step that passes points misses what they bend.
     """
     edges = list(further)
     ends = [np.zeros(0)]
     for tables in all_tables:
         for first, last in zip(tables.first[:-1], tables.first[1:], strict=True):
-            found, kinks = _of_function(tables, int(first), int(last))
+            found, kinks = _of_function(tables, int(first), int(last), min(rtol, NEGLIGIBLE))
             edges.append(found)
             ends.append(kinks)
     return StepBounds(_merged(edges, t_end), _apart(np.concatenate(ends), t_end))
@@ -100,22 +103,24 @@ def _miss(
     return np.abs(value - f[sample])
 
 
-def tolerance_of(f: np.ndarray) -> float:
-    """Return what a polynomial may miss of samples (n,)."""
-    return max(NEGLIGIBLE * np.ptp(f), ROUND_OFF * np.abs(f).max())
+def tolerance_of(f: np.ndarray, share: float = NEGLIGIBLE) -> float:
+    """Return what a polynomial may miss of samples (n,), a share of their range."""
+    return max(share * np.ptp(f), ROUND_OFF * np.abs(f).max())
 
 
-def _of_function(tables: Tables, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times between which a function is smooth, and those of its kinks."""
+def _of_function(tables: Tables, first: int, last: int, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times between which a function is smooth, and those of its kinks that count at a share of its range."""
     pieces = [tables.knots[tables.knot[k] : tables.knot[k + 1]] for k in range(first, last)]
     sampled = [_samples(knots) for knots in pieces]
-    tolerance = tolerance_of(np.concatenate([f for _, f in sampled]))
+    together = np.concatenate([f for _, f in sampled])
+    tolerance, least = tolerance_of(together), tolerance_of(together, share)
     edges, kinks = [], []
     for knots, (t, f) in zip(pieces, sampled, strict=True):
         edge = t[smooth_cells(t, f, tolerance, FINE)]
         twice = knots[:-1, 0][np.diff(knots[:, 0]) == 0]
         edges.append(edge)
-        kinks.append(np.intersect1d(twice, edge))
+        finer = t[smooth_cells(t, f, least, FINE)] if len(twice) and least < tolerance else edge
+        kinks.append(np.intersect1d(twice, finer))
     return np.unique(np.concatenate(edges)), np.concatenate(kinks)
 
 
