@@ -1,7 +1,8 @@
 """Steps of the explicit method from the last to the first, in compiled code: theory 5.9.
 
 A stage costs one evaluation, whose factor of the mass matrix stays in the data of the stage, one solution with it, and
-one product with the derivatives of the inverse dynamics (kernels/tangents/pulled_back.py): no matrix is made.
+one product with the derivatives of the inverse dynamics (kernels/tangents/pulled_back.py): no matrix is made. What the
+factor and the solution overwrite, inertias and accelerations of the links and modes, is kept beside.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ import numpy as np
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements import hinge
-from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate, load
+from modalprep.multibody.evaluation.evaluate import GOOD, Equations, load, respond
 from modalprep.multibody.integration.dop853_table import STAGES, A, B, C
-from modalprep.multibody.kernels.algebra.tuples import copy
+from modalprep.multibody.kernels.algebra.tuples import copy, get6, put6
 from modalprep.multibody.kernels.articulated_body import clear_wrenches, forward_bias, inward_bias
 from modalprep.multibody.kernels.modal import add_modal_loads
 from modalprep.multibody.kernels.newton_euler import required_forces
@@ -58,9 +59,20 @@ class Steps(NamedTuple):
 
 
 @by_address
+class Kept(NamedTuple):
+    """Of each stage, axes of the links: what is overwritten after the evaluation."""
+
+    inertia: np.ndarray  # (12, nl, 16) M[0], H, J of the link's own body
+    acceleration: np.ndarray  # (12, nl, 6)
+    M_rf: np.ndarray  # (12, nf, 6, N)
+    qdd: np.ndarray  # (12, nf, N)
+
+
+@by_address
 class Back(NamedTuple):
     """Work of a step."""
 
+    kept: Kept
     work: Sweep
     pulled: Pulled
     rates: np.ndarray  # (12, nx + nu + 1) of the stages
@@ -69,8 +81,7 @@ class Back(NamedTuple):
     by_x: np.ndarray  # (nu,)
     by_u: np.ndarray  # (nu,)
     own: np.ndarray  # (nx + nu,) gradient by the state of a stage
-    force: np.ndarray  # (nu,)
-    sums: np.ndarray  # (2,) of push times the forces that are required, and times those of joints' elements
+    joints: np.ndarray  # (1,) sum over the stages of push times the forces of joints' elements
 
 
 @compile_inline
@@ -91,7 +102,7 @@ def steps_back(stages, steps, count, back, bar):
 
     Returns GOOD, or the link whose pivot is not positive at a stage.
     """
-    back.sums[0] = back.sums[1] = 0.0
+    back.joints[0] = 0.0
     for k in range(count - 1, -1, -1):
         for c in range(len(bar)):
             bar[c] += steps.after[k, c]
@@ -112,12 +123,72 @@ def _evaluate_stages(stages, steps, k, back):
         state, rates = steps.states[row], back.rates[i]
         _combine(begin, back.rates, A[i], i, h, state)
         steps.time[row] = steps.t[k] + C[i] * h
-        status = evaluate(_stage(stages, i), steps.time[row], state, rates)
+        status = _evaluate(_stage(stages, i), back.kept, i, steps.time[row], state, rates)
         if status != GOOD:
             return status
         copy(rates[nx : nx + nu], steps.accelerations[row])
     _combine(begin, back.rates, B, STAGES, h, back.raw)
     return GOOD
+
+
+@compile_kernel
+def _evaluate(eq, kept, i, t, y, ydot):
+    """Evaluate stage i as `evaluate`, and keep what is overwritten later."""
+    data = eq.data
+    load(eq, t, y)
+    for k in range(len(eq.model.links)):
+        own, out = data.links[k], kept.inertia[i, k]
+        out[0] = own.M[0]
+        for c in range(9):
+            out[1 + c] = own.H[c]
+        for c in range(6):
+            out[10 + c] = own.J[c]
+    _keep_rows(data.modal, kept, i)
+    status = respond(eq, t, y, ydot)
+    ydot[eq.model.nx + len(eq.tau)] = 0.0  # the work of loads is no state here
+    for k in range(len(eq.model.links)):
+        put6(kept.acceleration[i, k], get6(data.links[k].acceleration))
+    _keep_accelerations(data.modal, kept, i)
+    return status
+
+
+@compile_inline
+def _keep_rows(modal, kept, i):
+    if modal is not None:
+        for s in range(len(modal.M_rf)):
+            for c in range(6):
+                copy(modal.M_rf[s, c], kept.M_rf[i, s, c])
+
+
+@compile_inline
+def _keep_accelerations(modal, kept, i):
+    if modal is not None:
+        for s in range(len(modal.qdd)):
+            copy(modal.qdd[s], kept.qdd[i, s])
+
+
+@compile_kernel
+def _restore(eq, kept, i):
+    """Put back what was kept of stage i."""
+    data = eq.data
+    for k in range(len(eq.model.links)):
+        own, x = data.links[k], kept.inertia[i, k]
+        own.M[0] = x[0]
+        for c in range(9):
+            own.H[c] = x[1 + c]
+        for c in range(6):
+            own.J[c] = x[10 + c]
+        put6(own.acceleration, get6(kept.acceleration[i, k]))
+    _restore_modes(data.modal, kept, i)
+
+
+@compile_inline
+def _restore_modes(modal, kept, i):
+    if modal is not None:
+        for s in range(len(modal.M_rf)):
+            for c in range(6):
+                copy(kept.M_rf[i, s, c], modal.M_rf[s, c])
+            copy(kept.qdd[i, s], modal.qdd[s])
 
 
 @compile_kernel
@@ -140,7 +211,7 @@ def _step_back(stages, steps, k, back, bar):
         for c in range(len(bar)):
             bars[i, c] = h * B[i] * bar[c]
     for i in range(STAGES - 1, -1, -1):
-        _stage_back(_stage(stages, i), steps, STAGES * k + i, back, bars[i])
+        _stage_back(_stage(stages, i), i, steps, STAGES * k + i, back, bars[i])
         for c in range(len(bar)):
             bar[c] += back.own[c]
         for j in range(i):
@@ -151,22 +222,20 @@ def _step_back(stages, steps, k, back, bar):
 
 
 @compile_kernel
-def _stage_back(eq, steps, row, back, bar):
-    """Write the gradient by the state of a stage to `own`, by that of its rates; its factor stands in the data."""
+def _stage_back(eq, i, steps, row, back, bar):
+    """Write the gradient by the state of stage i to `own`, by that of its rates."""
     model, data, work = eq.model, eq.data, back.work
     nu = len(eq.tau)
-    push, state = steps.push[row], steps.states[row]
+    push = steps.push[row]
     _accelerate(eq, bar[model.nx : model.nx + nu], push)
-    load(eq, steps.time[row], state)
-    required_forces(model, data, steps.accelerations[row], back.force)
+    _restore(eq, back.kept, i)
     outward_tangents(model, data, work)
     pull_back(model, data, work, back.pulled, push, back.by_x, back.by_u)
     for u in range(nu):
         back.by_x[u] -= eq.slope[0, u] * push[u]
         back.by_u[u] -= eq.slope[1, u] * push[u]
-        back.sums[0] += push[u] * (back.force[u] - eq.tau[u])
-        back.sums[1] += push[u] * eq.tau[u]
-    pull_rates(model, state, bar, back.by_x, back.by_u, back.own)
+        back.joints[0] += push[u] * eq.tau[u]
+    pull_rates(model, steps.states[row], bar, back.by_x, back.by_u, back.own)
 
 
 @compile_inline

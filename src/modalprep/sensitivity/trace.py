@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.errors import SimulationError
+from modalprep.multibody.integration.driver import RUNNING
 from modalprep.multibody.integration.run import Integration, Record
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Moment
@@ -82,26 +83,29 @@ class Traced(Integration):
     def _advance(self) -> Callable[[int, float, int], int]:
         advance = super()._advance
 
-        def one(method: int, stop: float, most: int) -> int:
-            taken = self._counted("steps")
-            code = advance(method, stop, 1)
-            if self._counted("steps") > taken:
-                self._keep(method)
-            return code
+        def kept(method: int, stop: float, most: int) -> int:
+            for _ in range(most):
+                taken = self._counted("steps")
+                code = advance(method, stop, 1)
+                if self._counted("steps") > taken:
+                    self._keep(method)
+                if code != RUNNING:
+                    return code
+            return RUNNING
 
-        return one
+        return kept
 
     def _keep(self, method: int) -> None:
         """Keep the step that was accepted last."""
-        clock = self.steps.clock[0]
-        t, h = float(clock.begin), float(clock.time - clock.begin)  # an event ends it early
-        if self.trace and abs(self.trace[-1].at(1.0).t - t) > APART * max(1.0, abs(t)):
-            raise SimulationError(f"the steps of the run are not known near t = {t:.6g} s")
+        begin, end = (float(self._clock[name][0]) for name in ("begin", "time"))
+        h = end - begin  # an event ends it early
+        if self.trace and abs(self.trace[-1].at(1.0).t - begin) > APART * max(1.0, abs(begin)):
+            raise SimulationError(f"the steps of the run are not known near t = {begin:.6g} s")
         nx = self.packed.nx
         ny = nx + self.packed.nu
         step = Step(
             method=method,
-            t=t,
+            t=begin,
             h=h,
             stretch=self._stretch,
             y=self.steps.old[:ny].copy(),

@@ -17,7 +17,7 @@ from modalprep.multibody.kernels.tangents.pulled_back import new_pulled
 from modalprep.multibody.model.system import System
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Model
-from modalprep.sensitivity.stages_back import Back, Stages, Steps, force_product, hinge_product, steps_back
+from modalprep.sensitivity.stages_back import Back, Kept, Stages, Steps, force_product, hinge_product, steps_back
 from modalprep.sensitivity.trace import Step
 
 MOST = 2**20  # numbers that are kept of the stages of some steps
@@ -43,9 +43,18 @@ class WayBack:
         self.ny = ny = nx + nu
         self.at_once = max(1, MOST // (STAGES * (ny + 2 * nu)))
         own = _equations(model.evaluator)
-        self.stages = Stages(*(own._replace(data=packed.data()) for _ in range(STAGES)))
+        self.stages = Stages(*(self._stage(own) for _ in range(STAGES)))
         self.force = np.empty(nu)
+        modal = self.stages.s0.data.modal
+        rows, rates = (np.zeros((1, 6, 1)), np.zeros((1, 1))) if modal is None else (modal.M_rf, modal.qdd)
+        links = len(packed.links)
         self.back = Back(
+            kept=Kept(
+                inertia=np.empty((STAGES, links, 16)),
+                acceleration=np.empty((STAGES, links, 6)),
+                M_rf=np.empty((STAGES, *rows.shape)),
+                qdd=np.empty((STAGES, *rates.shape)),
+            ),
             work=packed.sweep(),
             pulled=new_pulled(packed.model),
             rates=np.empty((STAGES, ny + 1)),
@@ -54,10 +63,13 @@ class WayBack:
             by_x=np.zeros(nu),
             by_u=np.zeros(nu),
             own=np.zeros(ny),
-            force=np.empty(nu),
-            sums=np.empty(2),
+            joints=np.empty(1),
         )
         self.others = {id(each): _equations(each) for along in model.beside for each in along.evaluators}
+
+    def _stage(self, own: Equations) -> Equations:
+        nu = self.model.nu
+        return own._replace(data=self.model.packed.data(), tau=np.zeros(nu), slope=np.zeros((2, nu)))
 
     def begin(self, trace: Sequence[Step | Jump], end: int) -> int:
         """Return from which step on it goes back at once to step `end`; `end` where it cannot."""
@@ -103,18 +115,17 @@ class WayBack:
         )
 
     def _add_parameters(self, kept: Steps, rows: int, bar_p: np.ndarray) -> None:
-        """Add the gradients by the parameters: of the forces that the accelerations need."""
-        required, of_joints = self.back.sums.tolist()
+        """Add the gradients by the parameters: of the forces that the accelerations need beyond the loads."""
         for along in self.model.beside:
-            products = [self._product(each, kept, rows, required, of_joints) for each in along.evaluators]
-            bar_p[along.number] -= along.weights @ products
+            bar_p[along.number] -= along.weights @ [self._product(each, kept, rows) for each in along.evaluators]
 
-    def _product(self, evaluator: Evaluator, kept: Steps, rows: int, required: float, of_joints: float) -> float:
+    def _product(self, evaluator: Evaluator, kept: Steps, rows: int) -> float:
+        """Return the sum of the products of the gradients with these forces, which are none in the system itself."""
         if evaluator is self.model.evaluator:
-            return required
+            return 0.0
         eq = self.others[id(evaluator)]
-        if evaluator.packed.model is self.model.packed.model:
-            return required + of_joints - hinge_product(eq, kept, rows)
+        if evaluator.packed.model is self.model.packed.model:  # all but functions of time and joints' elements
+            return float(self.back.joints[0]) - hinge_product(eq, kept, rows)
         return force_product(eq, kept, rows, self.force)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import warnings
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,7 @@ def _integer(node: ast.expr) -> int | None:
     return value if abs(value) <= LARGEST else None
 
 
+@lru_cache(maxsize=256)
 def expression(text: str) -> Callable[[np.ndarray], np.ndarray]:
     """Return ``t (n,) -> (3, n)``: value and first two derivatives of an expression of time.
 
