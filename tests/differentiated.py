@@ -190,6 +190,22 @@ def mounted():
     return Case(system, channels, names, 0.1, **fixed("generalised_alpha"))
 
 
+def rubbing(**options):
+    """A block that rubs in its hinge and is turned back by a stop, with a beam behind it."""
+    stop = HingeElement(
+        stiffness=20.0, friction=2.0, transition_velocity=0.5, upper=0.1, limit_stiffness=300.0, limit_damping=0.4
+    )
+    joints = (
+        mp.Joint(
+            name="root", type="revolute", parent="ground", child="block", axis=(0, 1, 0), angle=0.4, elements=stop
+        ),
+        mp.Joint(name="wrist", type="revolute", parent="block.tip", child="arm", rate=0.5),
+    )
+    system = mp.System(bodies={"block": block(), "arm": uniform_beam(modes=2)}, joints=joints)
+    names = ["root.friction", "root.limit_stiffness", "root.upper", "root.angle", "wrist.rate", "block.mass"]
+    return Case(system, ["root.angle", "root.rate", "arm.modal.1"], names, 0.1, **options)
+
+
 def fixed(method):
     """Options of a run with fixed steps, the same for the differences."""
     given = {"method": method, "step": 5e-3, "rtol": 1e-10, "atol": 1e-15}  # rtol: of the iterations of a step
@@ -207,6 +223,8 @@ CASES = {
     "bushing by generalised-alpha": mounted,
     "chain by rosenbrock": lambda: chain(**fixed("rosenbrock")),
     "satellite by rosenbrock": lambda: satellite(**fixed("rosenbrock")),
+    "rubbing stop": rubbing,
+    "rubbing stop by rosenbrock": lambda: rubbing(**fixed("rosenbrock")),
     "chain by generalised-alpha": lambda: chain(**fixed("generalised_alpha")),
     "satellite by generalised-alpha": lambda: satellite(**fixed("generalised_alpha")),
 }

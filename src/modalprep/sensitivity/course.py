@@ -13,11 +13,12 @@ import numpy as np
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.implicit_rows import with_force_elements
+from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration import driver
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import pack_changed
+from modalprep.multibody.packing.tree import pack, pack_changed
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.result import output_times
 from modalprep.multibody.simulate import check_span
@@ -104,13 +105,11 @@ class Course:
         self.times = options.output_times()
         self.state = started(system, options.start, options.period)
         self._refuse_idle_starts()
-        self.run = self._integrated()
-        self.trace = self.run.trace
         self.model = Model(system, self.parameters, options.duration, options.rho_inf)
         if self.model.loops is not None and self.given is not None:
             self.model.restore(self.given)
-        if any(step.method == driver.ROSENBROCK for step in self.run.steps_taken):
-            refuse_rosenbrock(self.model)
+        self.run = self._integrated()
+        self.trace = self.run.trace
         self.ny = self.model.nx + self.model.nu
         self.nz = self.ny + 2 * self.model.nu
         self.outputs = self._find_outputs()
@@ -147,6 +146,7 @@ class Course:
             longest=o.max_step or np.inf,
             ends=self.times[self.times > 0],
             keeps_momenta=False,
+            beside=self.model.loadings_beside,
         )
 
     def _integrated(self) -> Traced:
@@ -257,6 +257,8 @@ def refuse(system: System, options: Options) -> None:
     if (system.closures or options.events) and options.method not in ("auto", EXPLICIT_ONLY):
         what = "of closed loops" if system.closures else "with events"
         raise InputError(f"derivatives of a run {what} by {options.method!r} are not known; give method = 'explicit'")
+    if options.method == "rosenbrock":
+        _refuse_springs(system, options.duration)
     for event in options.events:
         _refuse_event(event)
 
@@ -267,13 +269,10 @@ def _refuse_event(event: Event) -> None:
         raise InputError(f"derivatives of a run: event {event.name!r} {does}; those of impacts are known only")
 
 
-def refuse_rosenbrock(model: Model) -> None:
-    """Refuse what the Rosenbrock method takes into its matrix that changes with the state."""
-    moving = [j.name for j in model.system.joints if any(e.friction or e.limited for e in j.elements)]
-    springs = with_force_elements(None, model.evaluator.loading.arrays) is not None
-    if moving or springs:
-        what = f"friction or limits of joint {moving[0]!r}" if moving else "springs or bushings between bodies"
+def _refuse_springs(system: System, duration: float) -> None:
+    """Refuse what the Rosenbrock method takes into its matrix that turns with the state."""
+    if with_force_elements(None, Loading(system, pack(system), duration).arrays) is not None:
         raise InputError(
-            f"derivatives of a run by 'rosenbrock' with {what} are not known; give method = 'explicit' or "
-            "'generalised_alpha'"
+            "derivatives of a run by 'rosenbrock' with springs or bushings between bodies are not known; give method = "
+            "'explicit' or 'generalised_alpha'"
         )

@@ -11,7 +11,9 @@ from modalprep.multibody.analysis.closure_tangent import Conditions, conditions
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.system_state import SystemState
+from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack_changed
 from modalprep.sensitivity.differences import LINEAR, Neighbours, neighbours
@@ -103,6 +105,13 @@ class Model:
         """That of the system, and those beside it."""
         return [self.evaluator, *(each for along in self.beside for each in along.evaluators)]
 
+    @property
+    def loadings_beside(self) -> list[Loading]:
+        """Loadings beside that of the system which have other functions of time."""
+        own = self.evaluator.loading.tables
+        others = (each.loading for along in self.beside for each in along.evaluators)
+        return [other for other in others if not all(map(_are_alike, other.tables, own))]
+
     def at(self, moment: Moment) -> None:
         """Take functions of time at a moment."""
         for evaluator in self.evaluators:
@@ -132,6 +141,10 @@ class Model:
             found = [linear_of(each, y) for each in along.evaluators]
             by_parameter[:, :, along.number] = along.derivative(found)
         return linear_of(self.evaluator, y), by_parameter
+
+
+def _are_alike(one: Tables, other: Tables) -> bool:
+    return np.array_equal(one.knots, other.knots) and np.array_equal(one.knot, other.knot)
 
 
 def linear_of(evaluator: Evaluator, y: np.ndarray) -> np.ndarray:

@@ -2,7 +2,8 @@
 
 A stage solves ``ID(Y, k) + D_0 (r + h g k) + K_0 (h g s_0 + q + (h g)^2 k) = 0`` with the speeds ``s = s_0 + h g k``,
 the stiffness and damping K_0, D_0 of modes and hinges, and sums r, q, s_0 of the stages before (theory 5.3): its
-changes need the tangent of inverse dynamics at Y with k for the accelerations.
+changes need the tangent of inverse dynamics at Y with k for the accelerations. Limits and friction make K_0 and D_0
+depend on the state before the step.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ class RosenbrockStep:
     def __init__(self, model: Model, step: Step) -> None:
         self.model, self.step, nu = model, step, model.nu
         self.linear, self.linear_p = model.linear(step.y, step.begin)
+        self.linear_y = linear_slopes(model, step.y) * (self.linear > 0)[:, None]
+        self.increments = model.layout.kinematics(step.y).increments
         self.stages: list[Stage] = []
         for i in range(STAGES):
             Y, sums = step.y.copy(), np.zeros((2, nu))
@@ -60,6 +63,8 @@ class RosenbrockStep:
         nx, ny, h = self.model.nx, len(self.step.y), self.step.h
         wide = h * G
         K0, D0 = self.linear[:, :, None]
+        here = np.stack([self.increments @ dz[:nx], dz[nx:ny]])
+        linear = np.einsum("cdk,dkp->ckp", self.linear_y, here)
         rates: list[np.ndarray] = []
         speeds: list[np.ndarray] = []
         for i, stage in enumerate(self.stages):
@@ -71,6 +76,7 @@ class RosenbrockStep:
             own = Y[nx:] + rate
             local = stage.local
             force = local.K @ (local.kinematics.increments @ Y[:nx]) + local.D @ Y[nx:] + self.force_p[i]
+            force += np.einsum("ck,ckp->kp", stage.by_linear, linear)
             k = -stage.inverse @ (force + D0 * rate + K0 * (place + wide * own))
             speeds.append(own + wide * k)
             rates.append(np.vstack([stage.kinematics.rates_x @ Y[:nx] + stage.kinematics.rates_u @ speeds[i], k]))
@@ -88,11 +94,13 @@ class RosenbrockStep:
         rates = [h * w * after for w in WEIGHTS]
         speeds = [np.zeros(ny - nx) for _ in WEIGHTS]
         before = after.copy()
+        linear = np.zeros_like(self.linear)
         for i in range(STAGES - 1, -1, -1):
             stage, local = self.stages[i], self.stages[i].local
             speed = speeds[i] + stage.kinematics.rates_u.T @ rates[i][:nx]
             mu = stage.inverse.T @ (rates[i][nx:] + wide * speed)
             bar_p -= self.force_p[i].T @ mu
+            linear -= stage.by_linear * mu
             own = speed - wide * K0 * mu
             rate, place = own - D0 * mu, -K0 * mu
             x = stage.kinematics.rates_x.T @ rates[i][:nx] - local.kinematics.increments.T @ (local.K.T @ mu)
@@ -102,6 +110,29 @@ class RosenbrockStep:
                 rates[j] += h * ALPHA[i, j] * Y
                 rates[j][nx:] += h * GAMMA[i, j] * rate
                 speeds[j] += h * GAMMA[i, j] * place
+        x, u = np.einsum("cdk,ck->dk", self.linear_y, linear)
+        before += np.concatenate([self.increments.T @ x, u])
         found = np.zeros_like(bar)
         found[:ny] = before
         return found
+
+
+def linear_slopes(model: Model, y: np.ndarray) -> np.ndarray:
+    """Return the derivatives (2, 2, nu) of the stiffness and damping of hinges by their coordinates and speeds."""
+    found = np.zeros((2, 2, model.nu))
+    for hinge in model.evaluator.loading.arrays.hinges:
+        k = int(hinge["speed"])
+        x = y[int(hinge["coordinate"])] if hinge["coordinate"] >= 0 else 0.0
+        found[:, :, k] += _law_slopes(hinge, x, y[model.nx + k])
+    return found
+
+
+def _law_slopes(c: np.void, x: float, u: float) -> np.ndarray:
+    """Return the derivatives (2, 2) of stiffness and damping of `elements.hinge.law` by coordinate and speed."""
+    slip = np.tanh(u / c["transition_velocity"])
+    friction = -2 * c["friction"] * slip * (1 - slip**2) / c["transition_velocity"] ** 2
+    side = float(x > c["upper"]) - float(x < c["lower"])
+    damping = side * c["limit_stiffness"] * c["limit_damping"]
+    if 1 + side * c["limit_damping"] * u <= 0:  # it is left faster than it springs back
+        damping = 0.0
+    return np.array([[0.0, damping], [damping, friction]])

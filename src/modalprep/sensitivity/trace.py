@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from modalprep.errors import SimulationError
+from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.driver import RUNNING
 from modalprep.multibody.integration.run import Integration, Record
+from modalprep.multibody.packing.step_bounds import StepBounds
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Moment
 
@@ -63,16 +65,25 @@ class Step(NamedTuple):
 class Traced(Integration):
     """A run that keeps its steps.
 
+    Parameters
+    ----------
+    beside : sequence of Loading
+        Of systems beside this one, whose functions of time its steps follow too.
+
     Attributes
     ----------
     trace : list of Step and Jump
     """
 
-    def __init__(self, *args, **options) -> None:
+    def __init__(self, *args, beside: Sequence[Loading] = (), **options) -> None:
+        self._beside = beside
         self.trace: list[Step | Jump] = []
         self._stretch = (0.0, 0.0)
         self._last = 0.0  # length of the last step of this method
         super().__init__(*args, **options)
+
+    def _step_bounds(self, rtol: float) -> StepBounds:
+        return self.loading.step_bounds(rtol, self._beside)
 
     def _begin(self, begin: float, end: float) -> None:
         self._last = 0.0

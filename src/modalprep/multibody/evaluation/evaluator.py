@@ -97,7 +97,7 @@ class Evaluator:
         self.packed = pack(system)
         self.nx, self.nu = self.packed.nx, self.packed.nu
         self.data = self.packed.data()
-        self.loading = Loading(system, self.packed, max(t, until) + AHEAD)
+        self.loading = Loading(system, self.packed, until if until > t else t + AHEAD)
         self.loops = self.loading.loops
         self.udot = np.zeros(self.nu)  # the last accelerations
         self.applied: list[tuple[str, np.ndarray]] = []  # interface, force and torque (6,) besides the loads
@@ -153,7 +153,8 @@ class Evaluator:
     def set_time(self, t: float) -> None:
         """Take functions of time at t (s), not after that of the start."""
         self.t = float(t)  # kernels are compiled anew for an integer
-        self.loading.enter(*next(stretch for stretch in self.loading.stretches if t < stretch[1]))
+        stretches = self.loading.stretches
+        self.loading.enter(*next((stretch for stretch in stretches if t < stretch[1]), stretches[-1]))
 
     def coordinates(self, kind: str, name: str) -> list[int]:
         """Return the places in y of the coordinates of a joint or a body's modes."""

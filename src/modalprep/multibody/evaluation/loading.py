@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 
@@ -18,6 +18,7 @@ from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
 from modalprep.multibody.kernels.loads.variable_mass import refresh
+from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.functions.survey import survey_width
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
@@ -103,13 +104,21 @@ class Loading:
             raise SimulationError("the system has no closures, so no loops that could be looked at")
         return self.loops
 
-    def step_bounds(self, rtol: float = NEGLIGIBLE) -> StepBounds:
-        """Return what the functions of time, and those in control laws, ask of the steps of a run to `rtol`."""
+    def step_bounds(self, rtol: float = NEGLIGIBLE, beside: Sequence[Loading] = ()) -> StepBounds:
+        """Return what the functions of time, and those in control laws, ask of the steps of a run to `rtol`.
+
+        Those of the loadings `beside`, of systems of other parameters, count too.
+        """
         width = survey_width(self.t_end, self.shortest_event)
         laws = [text for load in self.system.loads if isinstance(load, Callback) for text in load.laws]
         times = [smooth_times(part, self.t_end, width) for text in laws for part in parts_of_time(text)]
-        tables = [self.arrays.environment.tables, *([self.loops.arrays.tables] if self.loops else [])]
+        tables = [tables for each in (self, *beside) for tables in each.tables]
         return step_bounds(tables, self.t_end, times, rtol)
+
+    @property
+    def tables(self) -> list[Tables]:
+        """The functions of time of loads and motions, and those of closures."""
+        return [self.arrays.environment.tables, *([self.loops.arrays.tables] if self.loops else [])]
 
     def clip(self, begin: float, end: float) -> None:
         """Integrate from `begin` to `end` only (s)."""

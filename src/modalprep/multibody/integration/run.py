@@ -41,7 +41,7 @@ from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import part_of_links
 from modalprep.multibody.packing.packed import Packed
-from modalprep.multibody.packing.step_bounds import ending_at
+from modalprep.multibody.packing.step_bounds import StepBounds, ending_at
 
 NAMES = {
     EXPLICIT: "explicit, DOP853",
@@ -134,7 +134,7 @@ class Integration:
         self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
-        bounds = loading.step_bounds(rtol)
+        bounds = self._step_bounds(rtol)
         if ends is not None:
             bounds = ending_at(bounds, ends)
         settings = rtol, atol, rho, step or 0.0, loading.t_end, output, longest, bounds
@@ -197,6 +197,10 @@ class Integration:
     @cached_property
     def _advance(self) -> Callable[[int, float, int], int]:
         return bound(driver.advance, self.equations, self.steps, self.watch, rest=(int, float, int))
+
+    def _step_bounds(self, rtol: float) -> StepBounds:
+        """Return what functions of time ask of the steps."""
+        return self.loading.step_bounds(rtol)
 
     @property
     def _t(self) -> float:
