@@ -2,14 +2,15 @@
 
     python benchmarks/adjoint.py [--quick]
 
-Chains of hinged bodies fall from rest for a tenth of a second, by the explicit method with fixed steps; the gradient is
-that of the last angle by eight numbers. Each time is the smallest of some repetitions, in one process. Then the systems
+Chains of hinged bodies fall from rest for half a second, by the explicit method with fixed steps; the gradient is that
+of the last angle by eight numbers. Runs and gradients alternate in one process; ratios are of medians. Then the systems
 of `tests/differentiated.py`, whose derivatives are compared with differences of runs. Prints tables, then one line of
 JSON:
 
 - `reverse_over_run`: the way back through the steps over the run alone, of ten bodies of ten modes (two of two modes
   with --quick);
-- `gradient_over_differences`: the whole call of `gradient` over differences of sixteen runs, of the same chain;
+- `gradient_over_run`: the whole call of `gradient`, its own run and all preparations too, over the run;
+- `gradient_over_differences`: the same over differences of sixteen runs;
 - `worst`: the largest relative error of any derivative of the systems, by the name of each.
 """
 
@@ -22,6 +23,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 from chains import chain
@@ -33,18 +35,14 @@ from modalprep.sensitivity.parameters import find
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from differentiated import CASES, Case
 
-DURATION, STEP, COUNT = 0.1, 2e-3, 8
+DURATION, STEP, COUNT = 0.5, 2e-3, 8
 
 
-def quickest(call: Callable[[], object], rounds: int) -> float:
-    """Return the smallest time of a call, s, after one that compiles."""
+def timed(call: Callable[[], object]) -> float:
+    """Return the time of a call, s."""
+    begin = time.perf_counter()
     call()
-    found = []
-    for _ in range(rounds):
-        begin = time.perf_counter()
-        call()
-        found.append(time.perf_counter() - begin)
-    return min(found)
+    return time.perf_counter() - begin
 
 
 def cost(count: int, modes: int, rounds: int) -> dict[str, float]:
@@ -53,14 +51,24 @@ def cost(count: int, modes: int, rounds: int) -> dict[str, float]:
     given = {"step": STEP, "rtol": 1e-6, "method": "explicit", "output_step": DURATION}
     names = [f"j{k}.{what}" for k in range(count) for what in ("angle", "rate", "stiffness", "damping")][:COUNT]
     goal = last(f"j{count - 1}.angle")
-    run = quickest(lambda: mp.simulate(system, DURATION, **given), rounds)
-    stats = [mp.gradient(system, goal, names, DURATION, **given).stats for _ in range(rounds + 1)]
-    back = min(float(each["reverse_seconds"]) for each in stats[1:])
-    whole = quickest(lambda: mp.gradient(system, goal, names, DURATION, **given), rounds)
-    found = {"reverse_over_run": back / run, "gradient_over_differences": whole / (2 * len(names) * run)}
-    print(f"{count:3d} bodies of {modes:2d} modes: {run * 1e3:9.1f} ms a run, " + ", ".join(
-        f"{name} {value:.3g}" for name, value in found.items()
-    ))  # fmt: skip
+    back = []
+
+    def gradient() -> None:
+        back.append(float(mp.gradient(system, goal, names, DURATION, **given).stats["reverse_seconds"]))
+
+    calls = {"run": lambda: mp.simulate(system, DURATION, **given), "gradient": gradient}
+    spent: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(rounds + 1):  # the first one compiles
+        for name, call in calls.items():
+            spent[name].append(timed(call))
+    run, whole, reverse = (median(times[1:]) for times in (spent["run"], spent["gradient"], back))
+    found = {
+        "reverse_over_run": reverse / run,
+        "gradient_over_run": whole / run,
+        "gradient_over_differences": whole / (2 * len(names) * run),
+    }
+    text = ", ".join(f"{name} {value:.3g}" for name, value in found.items())
+    print(f"{count:3d} bodies of {modes:2d} modes: {run * 1e3:9.1f} ms a run, {text}")
     return found
 
 
@@ -76,11 +84,11 @@ def worst(case: Case) -> float:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="short chains, few systems, one repetition")
+    parser.add_argument("--quick", action="store_true", help="short chains, few systems, few repetitions")
     quick = parser.parse_args().quick
     warnings.simplefilter("ignore")
     sizes = [(2, 2)] if quick else [(1, 0), (10, 0), (2, 2), (10, 10)]
-    costs = [cost(count, modes, 1 if quick else 3) for count, modes in sizes]
+    costs = [cost(count, modes, 3 if quick else 9) for count, modes in sizes]
     names = ["four bar", "bouncing rod"] if quick else list(CASES)
     errors = {}
     for name in names:

@@ -17,6 +17,7 @@ from modalprep.multibody.analysis.tangent import GivenAccelerations, SystemTange
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.tangents.inward import inward_tangents
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
+from modalprep.multibody.kernels.tangents.pulled_back import new_pulled, pull_back
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import mass_and_force
 from modalprep.multibody.reference.loads import dense_loads
@@ -88,6 +89,26 @@ def test_work_and_results_are_used_again():
     swept(1, *again)
     for found, expected in zip(swept(2, *again), swept(2, packed.sweep(), *np.zeros((3, nu, nu))), strict=True):
         np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("root", ROOTS)
+def test_products_with_one_vector(root):
+    """``w' K`` and ``w' D`` in O(n), of the matrices of the inward sweep: to round-off, twice in the same work."""
+    system = random_tree(12 + ROOTS.index(root), root=root)
+    packed = pack(system)
+    model, nu = packed.model, packed.nu
+    work, pulled = packed.sweep(), new_pulled(model)
+    for seed in (1, 2):
+        evaluator, y, udot, rng = random_motion(system, seed)
+        w, by_x, by_u, force, size = rng.standard_normal((5, nu))
+        K, D, M = np.zeros((3, nu, nu))
+        evaluator.required(y, udot)
+        outward_tangents(model, evaluator.data, work)
+        inward_tangents(model, evaluator.data, work, K, D, M, force, size)
+        outward_tangents(model, evaluator.data, work)
+        pull_back(model, evaluator.data, work, pulled, w, by_x, by_u)
+        for product, matrix in ((by_x, K), (by_u, D)):
+            assert np.all(np.abs(product - w @ matrix) <= 1e-12 * (np.abs(w) @ np.abs(matrix)))
 
 
 @pytest.mark.parametrize("seed", seeds(6))

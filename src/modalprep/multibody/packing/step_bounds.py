@@ -109,7 +109,7 @@ def tolerance_of(f: np.ndarray, share: float = NEGLIGIBLE) -> float:
 
 
 def _of_function(tables: Tables, first: int, last: int, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times between which a function is smooth, and those of its kinks that count at a share of its range."""
+    """Return the times between which a function is smooth, and of its kinks that count at a share of its range."""
     pieces = [tables.knots[tables.knot[k] : tables.knot[k + 1]] for k in range(first, last)]
     sampled = [_samples(knots) for knots in pieces]
     together = np.concatenate([f for _, f in sampled])
