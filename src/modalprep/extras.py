@@ -21,6 +21,7 @@ EXTRA = {  # by the module that is imported
     "dask_jobqueue": "cluster",
     "control": "control",
     "ziglang": "fmu",
+    "fmpy": "fmpy",
 }
 WHEELS = {  # machines for which PyPI has one, of libraries that do not run everywhere
     "gmsh": ("linux x86_64", "darwin arm64", "darwin x86_64", "win32 AMD64"),

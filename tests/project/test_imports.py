@@ -73,6 +73,7 @@ ONLY_IN = {  # third parties with one home
     "tomli_w": {"pipeline"},
     "psutil": {"linalg", "workers"},
     "rainflow": {"response"},
+    "fmpy": {"runtime"},
     "FLife": {"response"},
     "pyyeti": {"response"},
     "pyarrow": {"pipeline.study"},

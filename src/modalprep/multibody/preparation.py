@@ -48,7 +48,9 @@ def channels_at(system: System, y: np.ndarray, t: float = 0.0) -> Result:
     loading = integration.loading
     loading.enter(*next(stretch for stretch in loading.stretches if t < stretch[1]))
     recorder = Recorder(integration, 1)
+    integration.sample(t, y)
     recorder.add(np.array([t]), np.append(y, 0.0)[None])
+    loading.sampling.close()
     integration.raise_callback()
     return recorder.result("state", "", {})
 

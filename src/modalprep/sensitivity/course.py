@@ -17,6 +17,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration import driver
 from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.loads import SampledLoad
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack, pack_changed
 from modalprep.multibody.preparation import prepare
@@ -261,6 +262,11 @@ def refuse(system: System, options: Options) -> None:
         _refuse_springs(system, options.duration)
     for event in options.events:
         _refuse_event(event)
+    for load in system.loads:
+        if isinstance(load, SampledLoad):
+            raise InputError(
+                f"derivatives of a run: load {load.name!r} is sampled in time; give a Callback or leave it out"
+            )
 
 
 def _refuse_event(event: Event) -> None:

@@ -15,7 +15,7 @@ from modalprep.multibody.model.deployment import NEAR_EXIT, Deployment, Stage
 from modalprep.multibody.model.environment import Orbit
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_element import HingeElement
-from modalprep.multibody.model.loads import Load
+from modalprep.multibody.model.loads import Load, SampledLoad
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
@@ -64,6 +64,11 @@ class DeployingSystem(Record):
                 raise InputError(
                     f"deployment {d.name!r}: body {name!r} has modes, but stowed mass needs a rigid body; give it a "
                     "'mass' instead of a file, or insert a rigid body"
+                )
+        for load in self.loads:
+            if isinstance(load, SampledLoad):
+                raise InputError(
+                    f"load {load.name!r} is sampled in time, which systems that deploy do not have; leave it out"
                 )
         super().__post_init__()
         self.full()

@@ -14,6 +14,7 @@ from modalprep.multibody.elements.dense import Frame
 from modalprep.multibody.elements.registry import Energies, Loads
 from modalprep.multibody.evaluation.laws_of_time import parts_of_time, smooth_times
 from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.evaluation.sampling import Sampling
 from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
@@ -61,8 +62,10 @@ class Loading:
         Closed loops and motion constraints.
     reels : Reels
         Deployments, put in by `deploying`.
+    sampling : Sampling
+        The loads that are called once in each period.
     stretches : list of (float, float)
-        What is integrated, between breaks of the functions of time, s.
+        What is integrated, between breaks of the functions of time and calls of sampled loads, s.
 
     Examples
     --------
@@ -93,7 +96,12 @@ class Loading:
         self.motion = np.zeros((len(packed.links), 3))
         self.loops = Loops(system, packed, t_end, shortest_event) if system.closures else None
         self.reels = no_reels()
-        until = [*self.arrays.environment.tables.until, *(self.loops.breaks if self.loops else ())]
+        self.sampling = Sampling(system.loads, t_end)
+        until = [
+            *self.arrays.environment.tables.until,
+            *(self.loops.breaks if self.loops else ()),
+            *self.sampling.breaks,
+        ]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))
 

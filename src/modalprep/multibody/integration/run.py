@@ -149,6 +149,7 @@ class Integration:
                 self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
         self.change_points = ChangePoints(loading, start, y)
+        self.sample(loading.stretches[0][0], self.steps.y[:-1])
         self.watch.branches[0] = loading.loops is not None
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.counters))  # read more quickly
         self.forecast = Forecast()
@@ -160,6 +161,7 @@ class Integration:
         self._given = steps or {}
         self.uncut: dict[str, np.ndarray] | None = None  # the step control before steps are cut to end with the run
         self.first = np.zeros_like(self.steps.ydot)
+        loading.sampling.close()
 
     def _assembled(self, y: np.ndarray, data: Data) -> np.ndarray:
         """Return the start with its loops closed."""
@@ -269,13 +271,32 @@ class Integration:
             When the integration cannot go on: time, body, cause.
         """
         code = driver.REACHED
-        for begin, end in self.loading.stretches:
-            self.loading.enter(begin, end)
-            self._begin(begin, end)
-            code = self._integrate_to(end, record, progress, between_steps)
-            if code != driver.REACHED:
-                break
-        return self._outcome(code, record)
+        try:
+            for begin, end in self.loading.stretches:
+                self.loading.enter(begin, end)
+                self.sample(begin, self.steps.y[:-1])
+                self._begin(begin, end)
+                code = self._integrate_to(end, record, progress, between_steps)
+                if code != driver.REACHED:
+                    break
+            self._end_sampling()
+            return self._outcome(code, record)
+        finally:
+            self.loading.sampling.close()
+
+    def sample(self, t: float, y: np.ndarray) -> None:
+        """Call the sampled loads that are due at time t (s), at a state y (nx + nu,)."""
+        if self.loading.sampling.loads:
+            self.loading.sampling.sample(t, self._state(t, y))
+
+    def _end_sampling(self) -> None:
+        if self.loading.sampling.loads:
+            self.loading.sampling.end(self._t, self._state(self._t, self.steps.y[:-1]))
+
+    def _state(self, t: float, y: np.ndarray) -> State:
+        """Return what callbacks see at time t (s) and a state y (nx + nu,)."""
+        self.equations.state[:] = y
+        return state_reader(self.system, self.packed, self.loading, self.equations, ())(t)
 
     def _integrate_to(
         self,
@@ -392,7 +413,7 @@ class Integration:
 
     def notes(self) -> list[str]:
         """Return what the run may have missed, in sentences."""
-        return self.search.notes() if self.events else []
+        return [*(self.search.notes() if self.events else []), *self.loading.sampling.notes()]
 
     def raise_callback(self) -> None:
         """Raise what a function of the user raised in compiled code."""
@@ -433,4 +454,4 @@ class Integration:
         """Return how the run goes, as `Result.stats` has it."""
         counts = {name: self._counted(name) for name in ("steps", "evaluations", "rejected", "halved")}
         ratio = {} if self.choice.ratio is None else {"stiffness_ratio": float(self.choice.ratio)}
-        return {"method": self.choice.name} | counts | ratio
+        return {"method": self.choice.name} | counts | ratio | self.loading.sampling.stats()

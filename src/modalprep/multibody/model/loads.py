@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -20,7 +20,7 @@ from modalprep.suggest import find_interface, refuse_name, refuse_unknown
 from modalprep.vectors import as_rotation, matrix, vector
 
 # public names of `modalprep.multibody`
-__all__ = ["AxialSpring", "Bushing", "Callback", "DistributedForce"]
+__all__ = ["AxialSpring", "Bushing", "Callback", "DistributedForce", "SampledLoad"]
 
 GROUND = "ground"
 ROUNDING = 1e-9  # of a sum of fractions
@@ -257,6 +257,83 @@ class Callback(Record):
     name: str
     function: Callable[[float, Any], Mapping[str, Any]]
     laws: tuple[str, ...] = ()
+
+
+class Held:
+    """What a sampled load was when it was called last; `loads` is None but in a run."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.loads: Mapping[str, Any] | None = None
+
+    def __call__(self, t: float, state: Any) -> Mapping[str, Any]:
+        """Return the loads by their places.
+
+        Returns
+        -------
+        dict
+            As a callback does.
+        """
+        if self.loads is None:
+            raise InputError(
+                f"load {self.name!r} is sampled in time and acts in runs of simulate only; leave it out here"
+            )
+        return self.loads
+
+    def __reduce__(self) -> tuple:
+        """Copies in other processes are not in a run."""
+        return Held, (self.name,)
+
+
+def _nothing(t: float) -> None:
+    """Do nothing at the begin of a run."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SampledLoad(Callback):
+    """Loads of a Python function that is called once in each period and held in between, as a digital controller is.
+
+    ``sample(t, state) -> {where: load}`` is called with states of the run alone, at its begin and at each multiple of
+    the period, in order of time: it may keep what it likes. Steps end at these times. `simulate` alone has such loads;
+    other analyses, and derivatives of runs, refuse them.
+
+    Attributes
+    ----------
+    name : str
+    sample : callable (float, State) -> {where: load}
+        As that of a `Callback`.
+    period : float
+        s.
+    begin : callable (float) -> None
+        Called with the time at which a run begins.
+    balanced : bool
+        Whether it stands for what acts continuously, so that `Result.stats` has the energy of the exchange and
+        `Result.notes` say where more than 1 % of it is out of balance.
+
+    Raises
+    ------
+    InputError
+        When the period is not positive.
+
+    Examples
+    --------
+    >>> law = SampledLoad(name="law", sample=lambda t, state: {"hinge": -2.0 * state.joint("hinge").rate}, period=0.01)
+    >>> law.period
+    0.01
+    """
+
+    function: Callable[[float, Any], Mapping[str, Any]] = field(init=False)
+    sample: Callable[[float, Any], Mapping[str, Any]]
+    period: float
+    begin: Callable[[float], None] = _nothing
+    balanced: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the period."""
+        if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
+            raise InputError(f"sampled load {self.name!r}: period = {self.period} must be a positive number")
+        object.__setattr__(self, "function", Held(self.name))
+        super().__post_init__()
 
 
 Load = PointForce | DistributedForce | TwoEnded | CentralGravity | Conductor | ExpelledGas | ImmersedRod | Callback

@@ -11,7 +11,7 @@ import numpy as np
 
 from modalprep.multibody.evaluation.laws_of_time import parts_of_time
 from modalprep.multibody.model.functions.survey import is_surely_slow, survey_width
-from modalprep.multibody.model.loads import Callback
+from modalprep.multibody.model.loads import Callback, SampledLoad
 from modalprep.multibody.model.time_function import TimeFunction
 
 BEYOND = 0.01  # of the range of a table: a spline that leaves it by more is told
@@ -36,6 +36,8 @@ def time_notes(system: Any, t_end: float, shortest_event: float | None) -> tuple
 
 def functions_of_time(record: Any, name: str = "") -> Iterator[tuple[str, TimeFunction | Callback]]:
     """Yield the functions of time, and the callbacks, in a record, with the names of their owners."""
+    if isinstance(record, SampledLoad):
+        return
     if isinstance(record, TimeFunction | Callback):
         yield name or getattr(record, "name", ""), record
         return

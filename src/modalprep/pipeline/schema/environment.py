@@ -8,12 +8,13 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
-from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.base import FileName, Table, Vector
 from modalprep.pipeline.schema.quantities import (
     Acceleration,
     Angle,
     AngularVelocity,
     Density,
+    Duration,
     Length,
     MagneticField,
     PlanetConstant,
@@ -46,6 +47,40 @@ class ControlTable(Table):
         if (self.values is None) == (self.force is None and self.torque is None):
             raise ValueError("a control needs 'force' or 'torque' of an interface, or 'values' of a joint")
         return self
+
+
+class FmuTable(Table):
+    """A functional mock-up unit of another program beside the system: a controller, an actuator, a force."""
+
+    applies: ClassVar[tuple[Rule, ...]] = (Rule(("axes",), needs=("force", "torque")),)
+
+    file: FileName = Field(description="for co-simulation, of FMI 2.0 or 3.0")
+    at: str = Field(description="'body.interface', or a joint")
+    inputs: dict[str, str | float] = Field(
+        {}, description="its inputs: expressions of t and of channels, as in [controls]"
+    )
+    force: Laws | None = Field(
+        None, description="on the interface, N: its outputs by their names, '-fx' the other way, or 0"
+    )
+    torque: Laws | None = Field(None, description="on the interface, N m, likewise")
+    values: list[str | float] | None = Field(None, description="of a joint instead, an output for each of its speeds")
+    axes: Literal["inertial", "body"] = Field("inertial", description="of force and torque")
+    step: Duration | None = Field(None, gt=0, description="between two exchanges, s; that which the FMU asks for")
+    start: dict[str, float] = Field({}, description="its parameters and start values")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> FmuTable:
+        if (self.values is None) == (self.force is None and self.torque is None):
+            raise ValueError("an FMU needs 'force' or 'torque' on an interface, or 'values' of a joint")
+        return self
+
+    @property
+    def outputs(self) -> list[str | float]:
+        """The outputs, those of force and torque in turn."""
+        if self.values is not None:
+            return self.values
+        zero: list[str | float] = [0.0, 0.0, 0.0]
+        return [*(self.force or zero), *(self.torque or zero)]
 
 
 class CentralTable(Table):

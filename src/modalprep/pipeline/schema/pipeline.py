@@ -13,7 +13,7 @@ from modalprep.pipeline.schema.base import OneOf, ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
 from modalprep.pipeline.schema.derivatives import RunSensitivitiesTable
-from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
+from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable, FmuTable
 from modalprep.pipeline.schema.fe import (
     AddedMassTable,
     ConnectionTable,
@@ -61,6 +61,7 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "depletions": "depletion",
     "jets": "jet",
     "controls": "control",
+    "fmu": "FMU",
     "connections": "connection",
     "supports": "support",
     "foundations": "foundation",
@@ -94,6 +95,7 @@ OF_A_SYSTEM = (
     "beams",
     "deployments",
     "controls",
+    "fmu",
     "closures",
     "couplers",
     "depletions",
@@ -196,6 +198,7 @@ class Pipeline(ForceElements):
     beams: dict[str, BeamTable] = Field({}, description="with large deflection, as rigid segments with springs")
     deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that deploy from a body")
     controls: dict[str, ControlTable] = Field({}, description="forces by expressions of the system's motion")
+    fmu: dict[str, FmuTable] = Field({}, description="units of other programs (FMI) that exert forces")
     closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")

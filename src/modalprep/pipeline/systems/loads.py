@@ -18,11 +18,12 @@ from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.changing import DeploymentTable
-from modalprep.pipeline.schema.environment import CentralTable, ControlTable, OrbitTable
+from modalprep.pipeline.schema.environment import CentralTable, ControlTable, FmuTable, OrbitTable
 from modalprep.pipeline.schema.force_elements import Scope
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import JointTable, LimitsTable
 from modalprep.pipeline.schema.time import has_several_values, time_function
+from modalprep.runtime.fmu_load import fmu_load
 
 
 def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployment:
@@ -120,6 +121,7 @@ def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path
     """Return all loads of a pipeline file except jets."""
     loads = list(pipeline.force_elements(Scope(bodies, folder, pipeline.environment.water)))
     loads += [_control(name, table) for name, table in pipeline.controls.items()]
+    loads += [_fmu(name, table, folder) for name, table in pipeline.fmu.items()]
     gravity = pipeline.environment.gravity
     if isinstance(gravity, CentralTable):
         loads.append(CentralGravity(mu=gravity.mu, centre=np.array(gravity.centre)))
@@ -145,6 +147,11 @@ def read_orbit(table: OrbitTable | None) -> Orbit | None:
             return Orbit.circular(table.radius, table.mu, **others)
         assert table.altitude is not None  # by the check of the table
         return Orbit.circular(EARTH_RADIUS + table.altitude, table.mu, **others)
+
+
+def _fmu(name: str, table: FmuTable, folder: Path) -> Load:
+    own = {"inputs": table.inputs, "step": table.step, "start": table.start, "axes": table.axes}
+    return fmu_load(name, folder / table.file, table.at, table.outputs, **own)
 
 
 def _control(name: str, table: ControlTable) -> Load:

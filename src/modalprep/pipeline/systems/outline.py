@@ -169,6 +169,12 @@ def _refuse_expressions(pipeline: Pipeline, system: System, pending: set[str]) -
     for name, table in pipeline.events.items():
         if _is_known(table.when, pending):
             channel_expression(system, packed, table.when, f"event {name!r}", loops, others)
+    for name, table in pipeline.fmu.items():
+        if table.at not in [joint.name for joint in system.joints]:
+            locate(system.bodies, table.at, f"FMU {name!r}")
+        for key, text in table.inputs.items():
+            if _is_known(str(text), pending):
+                channel_expression(system, packed, str(text), f"FMU {name!r}: input {key!r}")
     for name, table in pipeline.controls.items():
         if table.at not in [joint.name for joint in system.joints]:
             locate(system.bodies, table.at, f"control {name!r}")

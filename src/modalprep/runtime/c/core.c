@@ -119,18 +119,60 @@ static void relocate(const Model *model, char *memory, uint64_t by) {
   }
 }
 
-enum { VALUE, FIRST, SECOND, THIRD, SINCE, OF_A_GIVEN }; /* what is kept of an input: with its derivatives */
+/* What is kept of an input: with its derivatives, the time at which they were given, and the motion at the last step. */
+enum { VALUE, FIRST, SECOND, SINCE, PLACE, SPEED, BEND, OF_A_GIVEN };
 static double *given(Core *core, I k, int what) { return core->given + k + what * head(core)->given; }
 
-/* An input goes on from the time at which it was given, by its derivatives: a knot of its function. */
-static void put_knot(Core *core, I k, const Place *place) {
-  double q = *given(core, k, VALUE), r = *given(core, k, FIRST), a = *given(core, k, SECOND), j = *given(core, k, THIRD);
-  double s = place->later;
+/* An input goes on from the time at which it was given, by its derivatives: value, rate, acceleration. */
+static void input_at(Core *core, I k, double t, double found[3]) {
+  double q = *given(core, k, VALUE), r = *given(core, k, FIRST), a = *given(core, k, SECOND);
+  double s = r != 0 || a != 0 ? t - *given(core, k, SINCE) : 0;
+  found[0] = q + s * (r + s * a / 2);
+  found[1] = r + s * a;
+  found[2] = a;
+}
+
+/* Write a knot of the function of an input. */
+static void write_knot(Core *core, const Place *place, double t, const double input[3]) {
   double *knot = number(core, place->at) - 1; /* time, value, rate, acceleration */
-  if (r != 0 || a != 0 || j != 0) knot[0] = *given(core, k, SINCE) + s;
-  knot[1] = place->factor * (q + s * (r + s * (a / 2 + s * j / 6)));
-  knot[2] = place->factor * (r + s * (a + s * j / 2));
-  knot[3] = place->factor * (a + s * j);
+  knot[0] = t;
+  for (int c = 0; c < 3; c++) knot[1 + c] = place->factor * input[c];
+}
+
+static void put_knot(Core *core, I k, const Place *place) {
+  double found[3], t = *given(core, k, SINCE) + place->later;
+  input_at(core, k, t, found);
+  write_knot(core, place, t, found);
+}
+
+/* A prescribed motion goes smoothly from where it is to where it was told to be at the end of a step. */
+static void put_ramp(Core *core, I k, double end) {
+  const Given *own = core->model.given + k;
+  double found[3], now[3] = { *given(core, k, PLACE), *given(core, k, SPEED), *given(core, k, BEND) };
+  double first = core->model.places[own->first + 1].later; /* of the knot at the end of the step */
+  for (const Place *p = core->model.places + own->first; p < core->model.places + own->first + own->count; p++) {
+    double t = p->later == 0 ? core->t : end + p->later - first;
+    input_at(core, k, t, found);
+    write_knot(core, p, t, p->later == 0 ? now : found);
+  }
+}
+
+/* Take the motions at a time as those from which they go on; returns whether any moves. */
+static int keep_motions(Core *core, double t) {
+  int moves = 0;
+  for (I k = 0; k < head(core)->inputs; k++) {
+    double found[3];
+    input_at(core, k, t, found);
+    moves |= core->model.given[k].moves && (found[0] != *given(core, k, PLACE) || found[1] != 0 || found[2] != 0);
+    for (int c = 0; c < 3; c++) *given(core, k, PLACE + c) = found[c];
+  }
+  return moves;
+}
+
+static void put_ramps(Core *core, double end) {
+  for (I k = 0; k < head(core)->inputs; k++)
+    if (core->model.given[k].moves) put_ramp(core, k, end);
+  if (keep_motions(core, end)) core->restart = 1;
 }
 
 static void put_given(Core *core, I k) {
@@ -234,6 +276,7 @@ int core_initialise(Core *core) {
   memcpy(at(core, head(core)->y), at(core, head(core)->state), 8 * (size_t)head(core)->states);
   core->before = core->t;
   core->changeable = 0;
+  keep_motions(core, core->t);
   core_begin_events(core);
   return DONE;
 }
@@ -287,12 +330,15 @@ int core_get(Core *core, uint32_t reference, double *value) {
   return fail(core, "there is no variable with this value reference");
 }
 
+/* Whether an input takes effect in the next step only. */
+static int ramps(Core *core, I k) { return core->model.given[k].moves && !core->exchange && !core->changeable; }
+
 static int put_derivative(Core *core, I k, int what, double value) {
   if (!isfinite(value)) return fail(core, "a derivative that is to be set is not finite");
   if (*given(core, k, what) == 0 && value == 0) return DONE;
   *given(core, k, what) = value;
   *given(core, k, SINCE) = core->t;
-  put_given(core, k);
+  if (!ramps(core, k)) put_given(core, k);
   core->derived = core->observed = 0;
   core->restart = 1;
   return DONE;
@@ -308,7 +354,7 @@ int core_set(Core *core, uint32_t reference, double value) {
     *given(core, k, VALUE) = value;
     if (!moves) *given(core, k, FIRST) = *given(core, k, SECOND) = 0;
     *given(core, k, SINCE) = core->t;
-    put_given(core, k);
+    if (!ramps(core, k)) put_given(core, k);
   } else if ((kind == GIVEN_RATE || kind == GIVEN_ACCELERATION) && k < head(core)->inputs && core->model.given[k].moves) {
     return put_derivative(core, k, kind == GIVEN_RATE ? FIRST : SECOND, value);
   } else if (kind == STATE && k < head(core)->states && core->changeable) {
@@ -321,14 +367,13 @@ int core_set(Core *core, uint32_t reference, double value) {
   return DONE;
 }
 
-/* Set a derivative of an input, after its value; those of a prescribed motion are inputs, but that of its acceleration. */
+/* Set a derivative of an input, after its value; those of a prescribed motion are inputs themselves. */
 int core_set_derivative(Core *core, uint32_t reference, int order, double value) {
   I k = reference & NUMBER_OF_VARIABLE;
   int kind = reference & KIND_OF_VARIABLE;
   if (kind < GIVEN || kind > GIVEN_ACCELERATION || k >= head(core)->inputs || order < 1 || order > 2)
     return fail(core, "a derivative is of an order above 2, or not that of an input");
-  if (!core->model.given[k].moves) return put_derivative(core, k, order == 1 ? FIRST : SECOND, value);
-  return kind == GIVEN_ACCELERATION && order == 1 ? put_derivative(core, k, THIRD, value) : DONE;
+  return core->model.given[k].moves ? DONE : put_derivative(core, k, order == 1 ? FIRST : SECOND, value);
 }
 
 void core_time(Core *core, double t) {
@@ -422,6 +467,7 @@ int core_advance(Core *core, double end, int once) {
 
 int core_step(Core *core, double end) {
   if (!within(core, end)) return FAILED;
+  if (core->t < end) put_ramps(core, end);
   while (core->t < end && !core->ended) {
     core_next_stretch(core);
     double stop = fmin(end, core_next_break(core));

@@ -50,7 +50,7 @@ typedef struct {
   double t, before;   /* s, now and at the last completed step */
   I stretch, method;
   int derived, observed, restart, changeable; /* changeable: states and parameters may be set */
-  int ended;                                  /* an event has ended the run */
+  int exchange, ended;                        /* model exchange; an event has ended the run */
   void *owner;
   Say say;
 } Core;

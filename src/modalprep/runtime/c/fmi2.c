@@ -89,7 +89,7 @@ API void *fmi2Instantiate(const char *name, Type type, const char *guid, const c
     f->core = core_new(path, guid, f, say);
   }
   free(path);
-  if (f->core) return f;
+  if (f->core) return f->core->exchange = type == MODEL_EXCHANGE, f;
   fmi2FreeInstance(f);
   return NULL;
 }

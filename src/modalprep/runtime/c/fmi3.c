@@ -61,7 +61,9 @@ API const char *fmi3GetVersion(void) { return "3.0"; }
 API Status fmi3SetDebugLogging(void *c, bool on, size_t n, const char *const categories[]) { return OK; }
 API void *fmi3InstantiateModelExchange(const char *name, const char *token, const char *folder, bool visible, bool logging,
                                        void *environment, Logger logger) {
-  return instantiate(token, folder, environment, logger);
+  FMU *f = instantiate(token, folder, environment, logger);
+  if (f) f->core->exchange = 1;
+  return f;
 }
 API void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *folder, bool visible, bool logging,
                                       bool events, bool early, const R needed[], size_t n, void *environment,
