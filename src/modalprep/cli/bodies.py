@@ -216,6 +216,9 @@ def export(
             help="With fmu: linux-x86_64, linux-aarch64, windows-x86_64 or macos-arm64; repeat. Default: this machine.",
         ),
     ] = None,
+    step: Annotated[
+        float | None, typer.Option("--step", help="With fmu: a fixed step of co-simulation in s, for real time.")
+    ] = None,
     output: Output = None,
     as_json: Json = False,
 ) -> None:
@@ -223,10 +226,14 @@ def export(
     if to == "fmu":
         _refuse_given("fmu", dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
         _export_fmu(
-            file, target, {"fmi": fmi or "2", "kind": kind or "both", "platforms": platform or ()}, output, as_json
+            file,
+            target,
+            {"fmi": fmi or "2", "kind": kind or "both", "platforms": platform or (), "step": step},
+            output,
+            as_json,
         )
         return
-    _refuse_given(to, fmi=fmi, kind=kind, platform=platform)
+    _refuse_given(to, fmi=fmi, kind=kind, platform=platform, step=step)
     if to == "urdf":
         _refuse_given(to, dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
         _export_system(file, to, target, output, as_json)

@@ -31,8 +31,16 @@ def fmu_of_pipeline(
     fmi: str = "2",
     kind: str = "both",
     platforms: Sequence[str] = (),
+    step: float | None = None,
 ) -> Model:
     """Write the system of a pipeline file as an FMU, with the span and the tolerances of its [simulation].
+
+    Parameters
+    ----------
+    fmi, kind, platforms
+        As `write_fmu`.
+    step : float or None
+        s, fixed, in place of the tolerances.
 
     Raises
     ------
@@ -49,7 +57,7 @@ def fmu_of_pipeline(
     start = read_start(table, source.folder, system)
     begin = {"start": start, "period": table.period, "events": read_events(source.pipeline.events)}
     with naming(source.path):
-        own = {"fmi": fmi, "kind": kind, "platforms": platforms, "say": reporter.say}
+        own = {"fmi": fmi, "kind": kind, "platforms": platforms, "say": reporter.say, "step": step}
         model = write_fmu(system, target, **own, **table.steps, **begin)
     reporter.wrote(target)
     notes = (*_left_out(source, table), *model.notes)

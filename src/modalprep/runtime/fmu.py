@@ -51,8 +51,8 @@ def write_fmu(
     say : callable
         Told what takes long.
     options
-        ``t_end`` (s), ``output_step``, ``rtol``, ``atol``, ``method``, ``max_step``, ``shortest_event``, ``start``,
-        ``period`` and ``events`` of `simulate`.
+        ``t_end`` (s), ``output_step``, ``rtol``, ``atol``, ``method``, ``max_step``, ``step``, ``shortest_event``,
+        ``start``, ``period`` and ``events`` of `simulate`.
 
     Raises
     ------

@@ -99,6 +99,7 @@ def model_of(
     atol: float = 1e-10,
     method: str = "auto",
     max_step: float | None = None,
+    step: float | None = None,
     shortest_event: float | None = None,
     start: Given = "rest",
     period: float | None = None,
@@ -119,7 +120,7 @@ def model_of(
     if not begin < t_end:
         raise InputError(f"an FMU up to t_end = {t_end:g} s begins at {begin:g} s; raise t_end")
     times, longest = times_from(begin, t_end, output_step), max_step or np.inf
-    options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "longest": longest}
+    options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "longest": longest, "step": step}
     integration = prepare(moved, times, start=state, shortest_event=shortest_event, **options)
     _refuse_change_point(integration)
     packing = Packing(moved, integration, Places(moved, t_end, shortest_event), events)
