@@ -179,7 +179,7 @@ def check(
 @app.command()
 def export(
     file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or the pipeline file (TOML) of a system.")],
-    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; of a system fmu, urdf.")],
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; of a system fmu, urdf, exudyn.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,
@@ -234,7 +234,9 @@ def export(
         )
         return
     _refuse_given(to, fmi=fmi, kind=kind, platform=platform, step=step)
-    if to == "urdf":
+    from modalprep.pipeline.exporting import SYSTEM_EXPORTS
+
+    if to == "urdf" or (file.suffix == ".toml" and to in SYSTEM_EXPORTS):
         _refuse_given(to, dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
         _export_system(file, to, target, output, as_json)
         return

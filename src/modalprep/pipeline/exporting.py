@@ -22,9 +22,13 @@ class SystemExport(NamedTuple):
     suffix: str
     writer: str
     lost: str
+    runs: bool = False  # whether it holds the span of the run too
 
 
-SYSTEM_EXPORTS = {"urdf": SystemExport(".urdf", "robots.write.write_urdf", "robots.write.lost_in_urdf")}
+SYSTEM_EXPORTS = {
+    "urdf": SystemExport(".urdf", "robots.write.write_urdf", "robots.write.lost_in_urdf"),
+    "exudyn": SystemExport(".py", "decks.exudyn.write_exudyn_script", "decks.exudyn.lost_in_exudyn_script", runs=True),
+}
 
 
 def export_system(
@@ -49,7 +53,9 @@ def export_system(
     system = read_system(source, output, reporter)
     if isinstance(system, DeployingSystem):
         raise InputError(f"{path}: {to} cannot carry [deployments]; export the system without them")
-    _function(export.writer)(system, target)
+    table = source.pipeline.simulation
+    span = {"t_end": table.t_end, "output_step": table.output_step} if export.runs and table else {}
+    _function(export.writer)(system, target, **span)
     reporter.wrote(target)
     return [*system.notes, *_function(export.lost)(system)]
 

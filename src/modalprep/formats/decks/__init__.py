@@ -1,0 +1,1 @@
+"""Whole systems as input of other multibody programs."""
