@@ -192,7 +192,8 @@ def _frame(axis: np.ndarray) -> np.ndarray:
 def _joint(joint: Joint) -> Iterator[str]:
     if joint.type == "free":
         return
-    parent, child = _marker(joint.parent, joint.position), _marker(joint.child, joint.position)
+    parent = _marker(joint.parent, joint.position)
+    child = _marker(joint.child, joint.position)
     frame = _frame(joint.axis)
     ends = f"{joint.type!r}, {parent}, {child}, {_list(frame)}, {_list(joint.rotation.T @ frame)}"
     motion = (
