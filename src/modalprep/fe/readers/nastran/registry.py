@@ -84,7 +84,8 @@ LISTS = (
 
 REMARKS = {
     "PBARL": "Area and moments are exact; torsion constant and, but for ROD, shear factors are those of the textbook.",
-    "PBEAML": "As PBARL; a taper is linear between its stations; the shear centre is that of Nastran for T, T2 and I.",
+    "PBEAML": "As PBARL; a taper is linear between its stations; the shear centre is that of Nastran for T, T1, T2 and "
+    "I, of thin walls for the others.",
     "PBEAM": "A taper is linear between its stations; warping, shear relief and the offset of nsm are left out.",
     "PSOLID": "IN = 2 is reduced integration of CHEXA with 20 grids; MSC's default, 3 x 3 x 3 points with reduced "
     "shear, is full integration here. CHEXA with 8 grids has incompatible modes.",

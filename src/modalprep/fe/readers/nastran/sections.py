@@ -12,6 +12,7 @@ import numpy as np
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import Conversion
 from modalprep.fe.readers.nastran.shapes import SHAPES, Shape
+from modalprep.fe.readers.nastran.shear_centres import WALLS, centroid_from_shear_centre
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,29 +158,44 @@ def shape(conversion: Conversion, card: Card) -> Section:
     stations = {0.0: (*found[:5], nsm)}
     shear: dict[str, Any] = {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
-        if kind in ("T", "T2", "I"):
-            shear["neutral"] = (_below_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)]), 0.0)
-        elif kind in ("T1", "L", "CHAN", "CHAN1", "CHAN2", "HAT", "HAT1", "BOX1", "DBOX", "GBOX"):
-            conversion.note(
-                f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran"
-            )
+        shear["neutral"] = _from_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)])
+        if kind in WALLS:
+            conversion.note(f"PBEAML {kind}: the shear centre, on the element's axis, is that of thin walls")
         stations = _stations(card, kind, count, stations[0.0])
+        if any(shear["neutral"]) and any(found != stations[0.0] for found in stations.values()):
+            conversion.note(f"PBEAML {kind}: a tapered beam has the shear centre of its end A along the whole element")
     return Section(**_tapered(conversion, card, stations | {1.0: stations.get(1.0, stations[0.0])}), **shear)
 
 
-def _below_shear_centre(kind: str, sizes: list[float]) -> float:
-    """Return the height of the centroid over the shear centre of T, T2 (where flange and web meet) and I."""
+def _from_shear_centre(kind: str, sizes: list[float]) -> tuple[float, float]:
+    """Return y and z of the centroid from the shear centre, which is where flange and web of a tee meet."""
+    if kind in WALLS:
+        y, z = centroid_from_shear_centre(*WALLS[kind](*sizes)).tolist()
+        return y, z
     if kind == "I":
-        h, b1, b2, tw, t1, t2 = sizes
-        parts = ((b1 * t1, t1 / 2), (b2 * t2, h - t2 / 2), (tw * (h - t1 - t2), (h + t1 - t2) / 2))
-        share = t2 * b2**3
-        centre = t1 / 2 + (h - (t1 + t2) / 2) * share / (share + t1 * b1**3)
-    else:
-        b, h, tf, tw = sizes
-        parts = ((b * tf, h - tf / 2), (tw * (h - tf), (h - tf) / 2))
-        centre = h - tf / 2
-    y = sum(area * at for area, at in parts) / sum(area for area, _ in parts) - centre
-    return -y if kind == "T2" else y
+        return _above_shear_centre_of_i(*sizes), 0.0
+    if kind == "T1":
+        h, b, tf, tw = sizes
+        return 0.0, _above_flange(h, b + tf, tf, tw)
+    if kind in ("T", "T2"):
+        return _above_flange(*sizes) * (1 if kind == "T" else -1), 0.0
+    return 0.0, 0.0
+
+
+def _above_shear_centre_of_i(h: float, b1: float, b2: float, tw: float, t1: float, t2: float) -> float:
+    parts = ((b1 * t1, t1 / 2), (b2 * t2, h - t2 / 2), (tw * (h - t1 - t2), (h + t1 - t2) / 2))
+    share = t2 * b2**3
+    return _mean(parts) - t1 / 2 - (h - (t1 + t2) / 2) * share / (share + t1 * b1**3)
+
+
+def _above_flange(b: float, h: float, tf: float, tw: float) -> float:
+    """Return the centroid of a tee from the middle of its flange, which is above."""
+    return _mean(((b * tf, h - tf / 2), (tw * (h - tf), (h - tf) / 2))) - (h - tf / 2)
+
+
+def _mean(parts: Sequence[tuple[float, float]]) -> float:
+    """Return the centroid of areas at heights."""
+    return sum(area * at for area, at in parts) / sum(area for area, _ in parts)
 
 
 def _by_dimensions(card: Card, kind: str, first: int, default: Sequence[float | None]) -> Shape:
