@@ -51,8 +51,8 @@ LAYERS = {
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",
-        "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "rotor", "synthesis", "ensemble",
-        "body_page", "explain", "correlation", "cyclic", "page", "run_page", "view", "study", "show",
+        "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "synthesis", "ensemble",
+        "rotor", "body_page", "explain", "correlation", "cyclic", "page", "run_page", "view", "study", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",
