@@ -68,6 +68,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.rotors.campbell import Campbell as Campbell
     from modalprep.multibody.rotors.campbell import CriticalSpeed as CriticalSpeed
     from modalprep.multibody.rotors.campbell import campbell as campbell
+    from modalprep.multibody.rotors.unbalance import UnbalanceResponse as UnbalanceResponse
+    from modalprep.multibody.rotors.unbalance import unbalance_response as unbalance_response
     from modalprep.multibody.rotors.whirl import WhirlModes as WhirlModes
     from modalprep.multibody.rotors.whirl import whirl_modes as whirl_modes
     from modalprep.multibody.starts import state_at as state_at

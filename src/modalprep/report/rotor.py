@@ -1,4 +1,4 @@
-"""Campbell diagrams: a table of critical speeds for the terminal, a chart, a table of all modes as a CSV file."""
+"""Campbell diagrams and responses to unbalance: tables for the terminal, charts, CSV files."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.atomic import write_table
+from modalprep.atomic import write_columns, write_table
 from modalprep.multibody.rotors.campbell import Campbell
+from modalprep.multibody.rotors.unbalance import UnbalanceResponse
 from modalprep.multibody.rotors.whirl import kind_of
-from modalprep.report.charts.figures import Axes, Figure, save_figure
+from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, INK, add_head, plain_axes
 from modalprep.report.numbers import number
 from modalprep.report.tables import hertz
@@ -141,3 +142,65 @@ def write_campbell(found: Campbell, path: str | Path) -> Path:
     header = ["rpm", *(f"mode {k + 1} {part}" for k in range(count) for part in parts)]
     values = np.stack([found.frequency, found.logarithmic_decrement, found.whirl], axis=2).reshape(len(found.speed), -1)
     return write_table(header, np.column_stack([found.speed * RPM, values]).tolist(), path)
+
+
+def peaks_table(found: UnbalanceResponse, name: str, console: Console) -> None:
+    """Print the peaks of the response of each interface to unbalance."""
+    console.print(Text.assemble((f"Response of rotor {name} to unbalance", "bold")))
+    rows = [(end, peak) for end in found.motion for peak in found.peaks(end)]
+    if not rows:
+        console.print(Text("  no peak within the speeds"))
+        return
+    table = plain_table()
+    table.add_column("interface")
+    for heading in ("rpm", "amplitude m", "amplification"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for end, peak in rows:
+        table.add_row(Text(end), number(peak.rpm, 5), number(peak.amplitude), number(peak.amplification))
+    print_table(table, console)
+
+
+def unbalance_summary(found: UnbalanceResponse) -> dict[str, list[dict[str, float | None]]]:
+    """Return the peaks of each interface, for JSON."""
+    return {
+        end: [
+            {
+                "rpm": peak.rpm,
+                "amplitude_m": peak.amplitude,
+                "amplification": peak.amplification if np.isfinite(peak.amplification) else None,
+            }
+            for peak in found.peaks(end)
+        ]
+        for end in found.motion
+    }
+
+
+def unbalance_plot(found: UnbalanceResponse, path: str | Path) -> Path:
+    """Draw the semi-axes of the orbits of all interfaces over the speed, and the phase of their forward circle.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    figure = Figure(figsize=(9.0, 6.2), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    for k, end in enumerate(found.motion):
+        style = {"color": CURVES[k % len(CURVES)], "linewidth": 1.8}
+        upper.plot(found.speed * RPM, found.orbit(end)[0], label=named(end), **style)
+        lower.plot(found.speed * RPM, np.degrees(found.phase(end)), **style)
+    upper.set(ylabel="larger semi-axis of the orbit (m)", ylim=(0.0, None))
+    lower.set(xlabel="speed (rpm)", ylabel="phase (deg)", yticks=range(-180, 181, 90))
+    add_head(upper, "Response to unbalance")
+    for axes in (upper, lower):
+        plain_axes(axes, grid="both")
+    return save_figure(figure, path)
+
+
+def write_unbalance(found: UnbalanceResponse, path: str | Path) -> Path:
+    """Write a row for each speed: semi-axes (m), the second negative against the spin, and phase (deg) by interface."""
+    columns = {"rpm": found.speed * RPM}
+    for end in found.motion:
+        large, small = found.orbit(end)
+        columns |= {f"{end} major m": large, f"{end} minor m": small, f"{end} phase deg": np.degrees(found.phase(end))}
+    return write_columns(columns, path)

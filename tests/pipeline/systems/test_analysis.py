@@ -442,6 +442,21 @@ def test_a_campbell_diagram(tmp_path, capsys):
     assert "Critical speeds of rotor wheel" in capsys.readouterr().out
 
 
+def test_a_response_to_unbalance(tmp_path, capsys):
+    """``U W^2 / |k - m W^2 + i c W|`` of the stiffer support, at 4000 rpm."""
+    text = f"{ROTOR}unbalance = {{ 'disc.hub' = [0, 1e-4, 0] }}\n"
+    assert job(tmp_path, text, "analyse") == 0
+    [folder] = (tmp_path / "output").iterdir()
+    with (folder / "job-rotor-wheel-unbalance.csv").open() as file:
+        last = list(csv.DictReader(file))[-1]
+    w = 4000 * np.pi / 30
+    y, z = (1e-4 * w**2 / abs(k - 10 * w**2 + 20j * w) for k in (1e6, 8e5))
+    assert float(last["disc.hub major m"]) == pytest.approx(max(y, z), rel=1e-3)  # both lag alike but for the damping
+    peaks = json.loads((folder / "job-analysis.json").read_text())["rotors"]["wheel"]["unbalance"]["disc.hub"]
+    assert len(peaks) == 1
+    assert "Response of rotor wheel to unbalance" in capsys.readouterr().out
+
+
 def test_a_rotor_without_a_joint_is_refused(tmp_path, capsys):
     assert job(tmp_path, ROTOR.replace('joint = "flight"', 'joint = "fligth"'), "analyse") == 2
     assert "did you mean 'flight'" in capsys.readouterr().err

@@ -176,7 +176,7 @@ def campbell(
     [316.227766]
     """
     rotor = _Rotor(system, joint, axis, modes + SPARE)
-    speed = _ascending(speeds)
+    speed = ascending(speeds)
     found = [rotor.at(w) for w in speed.tolist()]
     rows, certainty = _followed(found, modes)
     critical = [each for order in orders for each in _critical_speeds(rotor, speed, found, rows, order)]
@@ -200,11 +200,32 @@ class _Rotor:
     modes: int
 
     def at(self, speed: float) -> WhirlModes:
-        system = self.system if isinstance(self.system, System) else self.system(speed)
-        return whirl_modes(system, self.joint, speed, axis=self.axis, modes=self.modes)
+        return whirl_modes(at_speed(self.system, speed), self.joint, speed, axis=self.axis, modes=self.modes)
 
 
-def _ascending(speeds: VectorLike) -> np.ndarray:
+def at_speed(system: Systems, speed: float) -> System:
+    """Return the system at a speed (rad/s), itself where it is the same at all.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> wall = Joint(name="wall", type="weld", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(wall,))
+    >>> at_speed(arm, 10.0) is arm, at_speed(lambda speed: arm, 10.0) is arm
+    (True, True)
+    """
+    return system if isinstance(system, System) else system(speed)
+
+
+def ascending(speeds: VectorLike) -> np.ndarray:
+    """Return speeds (rad/s) that ascend, else refuse them.
+
+    Examples
+    --------
+    >>> ascending([0, 10])
+    array([ 0., 10.])
+    """
     speed = np.atleast_1d(np.asarray(speeds, dtype=float))
     if speed.ndim > 1 or not speed.size or speed[0] < 0 or np.any(np.diff(speed) <= 0):
         raise InputError("the speeds of a Campbell diagram must be a list that ascends from zero or more, in rad/s")

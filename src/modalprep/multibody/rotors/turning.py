@@ -27,6 +27,7 @@ from modalprep.vectors import VectorLike, vector
 
 SPINS = ("revolute", "cylindrical", "spherical", "free")
 ANGLES = (5, 8, 16, 32, 64)  # of a turn
+UNSTEADY = 1e-6  # of the square of the speed: the acceleration of a steady motion is below it
 CONSTANT = 1e-8  # change of the equations with the angle, of their largest entries, below which it is round-off
 
 
@@ -54,8 +55,6 @@ class Turn:
         Whether they are of bodies that turn with the joint.
     size : float
         m.
-    acceleration : float
-        Largest acceleration there, coordinates counted in their sizes, 1/s^2: zero of a steady motion.
     notes : tuple of str
     """
 
@@ -68,7 +67,6 @@ class Turn:
     interfaces: tuple[str, ...]
     on_rotor: np.ndarray
     size: float
-    acceleration: float
     notes: tuple[str, ...]
 
 
@@ -105,6 +103,7 @@ class Spinning:
         self.evaluator = Evaluator(self.system)
         self.y = steady_state(self.system)
         self.joint = own
+        self.has_weight = bool(np.any(system.gravity))
 
     def at(self, angle: float) -> tuple[np.ndarray, float]:
         """Return the state with the joint turned by an angle (rad), and the time for which functions of time hold."""
@@ -121,6 +120,16 @@ class Spinning:
             elif packed.turns(i):
                 y[x] += angle
         return y, angle / self.speed if self.is_prescribed and self.speed else 0.0
+
+    def orientation(self, body: str) -> np.ndarray:
+        """Return that of a body at the start (3, 3), its axes to the inertial ones."""
+        packed, data = self.evaluator.packed, self.evaluator.data
+        self.evaluator.load(self.y)
+        link = packed.link_of(body)
+        own, align = (
+            each.reshape(3, 3) for each in (data.links["orientation"][link], packed.model.links["align"][link])
+        )
+        return own @ align.T
 
     def linear(self, angle: float, outputs: list[str]) -> tuple[StateSpace, Tangent]:
         """Return the linear equations at an angle (rad) of the rotor."""
@@ -194,9 +203,22 @@ def turn(spinning: Spinning) -> Turn:
         interfaces=interfaces,
         on_rotor=_on_rotor(spinning, interfaces),
         size=size,
-        acceleration=float(np.abs(linear.udot / spinning.evaluator.scale).max(initial=0.0)),
-        notes=linear.notes,
+        notes=(*linear.notes, *_notes(spinning, linear, rate)),
     )
+
+
+def _notes(spinning: Spinning, linear: StateSpace, rate: float) -> list[str]:
+    """Return what is left out, and whether the rotation is a steady motion."""
+    notes = []
+    if spinning.has_weight:
+        notes.append("weight is left out of the whirl: the rotor is taken as straight between its supports")
+    acceleration = np.abs(linear.udot / spinning.evaluator.scale).max(initial=0.0)
+    if acceleration > UNSTEADY * max(spinning.speed, rate) ** 2:
+        notes.append(
+            "the rotor does not turn steadily about its axis, as one that is not balanced does not: motions are those "
+            "about this rotation, small ones"
+        )
+    return notes
 
 
 def _on_rotor(spinning: Spinning, interfaces: tuple[str, ...]) -> np.ndarray:

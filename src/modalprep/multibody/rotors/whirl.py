@@ -17,18 +17,16 @@ from scipy.linalg import eig
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.model.system import System
+from modalprep.multibody.rotors.hill import HARMONICS, across, drives_more, hill_matrices, motion_spectrum
 from modalprep.multibody.rotors.turning import Spinning, Turn, turn
 from modalprep.records import Record
 from modalprep.vectors import VectorLike
 
-HARMONICS = (2, 4, 6, 9, 12)  # of a mode on both sides, tried until they suffice
-TAIL = 1e-6  # of a mode: what it drives beyond its harmonics is below it
 AT_REST = 1e-5  # of the slowest vibration and of the speed: what is slower is a motion without stiffness
 SAME = 1e-6  # relative difference of eigenvalues of one mode
 ALIKE = 0.99  # correlation of shapes of one mode
 ACROSS = 1e-3  # share of a mode's motion across the axis, below which it is axial or torsional
 PLANAR = 0.05  # whirl below which a mode has no direction
-UNSTEADY = 1e-6  # of the speed's square: acceleration of a steady motion
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -171,7 +169,7 @@ def whirl_modes(
         across=np.array([each.across for each in chosen], dtype=float),
         motion=_motions(found, chosen),
         shape=np.array([each.shape for each in chosen]),
-        notes=(*found.notes, *_notes(system, found)),
+        notes=found.notes,
     )
 
 
@@ -193,7 +191,7 @@ def _seen_modes(found: Turn, modes: int) -> list[_Seen]:
     """Return the slowest modes, each once."""
     for count in HARMONICS if len(found.E) > 1 else (0,):
         chosen = sorted(_chosen(found, count), key=lambda each: abs(each.eigenvalue))[:modes]
-        if not any(_drives_more(found, each.value, each.vector) for each in chosen):
+        if not any(drives_more(found, each.value, each.vector) for each in chosen):
             return chosen
     raise SimulationError(
         f"the modes at {found.speed:g} rad/s have more than {HARMONICS[-1]} multiples of the speed in turning axes: "
@@ -201,28 +199,8 @@ def _seen_modes(found: Turn, modes: int) -> list[_Seen]:
     )
 
 
-def _drives_more(found: Turn, value: complex, vector: np.ndarray) -> bool:
-    """Whether a mode of a few harmonics (harmonics, 2 n) drives further ones, which its eigenvector does not have."""
-    E, F = _harmonics(found)
-    count, reach = len(vector) // 2, (len(E) - 1) // 2
-    rates = value + 1j * np.arange(-count, count + 1) * found.speed / found.rate
-    for beyond in range(count + 1, count + reach + 1):
-        for place in (beyond, -beyond):
-            near = [k for k in range(-count, count + 1) if abs(place - k) <= reach]
-            driven = [(F[place - k] - rates[k + count] * E[place - k]) @ vector[k + count] for k in near]
-            if np.linalg.norm(np.sum(driven, axis=0)) > TAIL * np.linalg.norm(vector):
-                return True
-    return False
-
-
-def _harmonics(found: Turn) -> tuple[np.ndarray, np.ndarray]:
-    """Return those of E and F over a turn, as `numpy.fft` orders them."""
-    E, F = (np.fft.fft(each, axis=0) / len(each) for each in (found.E, found.F))
-    return E, F
-
-
 def _chosen(found: Turn, count: int) -> list[_Seen]:
-    values, vectors = _hill(found, count)
+    values, vectors = _roots(found, count)
     unit = found.speed / found.rate
     seen = [_seen(found, value, vector) for value, vector in zip(values, vectors, strict=True)]
     slow = AT_REST * (1 + abs(unit)) * found.rate
@@ -242,35 +220,21 @@ def _is_same(a: _Seen, b: _Seen) -> bool:
     return bool(abs(np.vdot(a.shape, b.shape)) > ALIKE * size)
 
 
-def _hill(found: Turn, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return eigenvalues (k,) in units of the rate, and vectors (k, 2 count + 1, 2 n)."""
-    E, F = _harmonics(found)
-    n, m = E.shape[1], 2 * count + 1
-    left, right = np.zeros((2, m, n, m, n), dtype=complex)
-    for row in range(m):
-        for column in range(m):
-            if abs(row - column) < max(len(E) / 2, 1):
-                own = E[(row - column) % len(E)]
-                right[row, :, column] = own
-                turned = 1j * (column - count) * found.speed / found.rate
-                left[row, :, column] = F[(row - column) % len(E)] - turned * own
-    left, right = left.reshape(m * n, m * n), right.reshape(m * n, m * n)
-    mu, vectors = eig(np.linalg.solve(left - right, right))
+def _roots(found: Turn, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return eigenvalues (k,) in units of the rate, and vectors (k, 2 count + 1, 2 n): by inversion, for slow ones."""
+    A, B = hill_matrices(found, count)
+    mu, vectors = eig(np.linalg.solve(A - B, B))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return 1 + 1 / mu, vectors.T.reshape(-1, m, n)
+        return 1 + 1 / mu, vectors.T.reshape(-1, 2 * count + 1, found.E.shape[1])
 
 
 def _seen(found: Turn, value: complex, vector: np.ndarray) -> _Seen:
     """Return a mode (harmonics, 2 n) as the interfaces move in it."""
     count = len(vector) // 2
     x = vector[:, : found.C.shape[2]]
-    C = np.fft.fft(found.C, axis=0) / len(found.C)
-    reach = 1 if len(C) > 1 else 0
-    spectrum = np.zeros((len(x) + 2 * reach, C.shape[1]), dtype=complex)
-    for k in range(-reach, reach + 1):
-        spectrum[reach + k : reach + k + len(x)] += x @ C[k].T
+    spectrum = motion_spectrum(found, x)
     largest = int(np.argmax(np.linalg.norm(spectrum, axis=1)))
-    place = largest - reach - count
+    place = largest - len(spectrum) // 2
     motion = spectrum[largest]
     own = int(np.argmax(np.linalg.norm(x, axis=1))) - count
     energy = np.sum(np.abs(x) ** 2, axis=1)
@@ -297,9 +261,7 @@ def _about(x: np.ndarray, place: int, count: int) -> np.ndarray:
 
 def _direction(motion: np.ndarray, axis: np.ndarray, speed: float) -> dict[str, float]:
     """Return the whirl and the share across the axis of motions (k, 3)."""
-    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    first /= np.linalg.norm(first)
-    a, b = motion @ first, motion @ np.cross(axis, first)
+    a, b = across(motion, axis)
     forward, backward = (float(np.sum(np.abs(a + sign * 1j * b) ** 2)) / 2 for sign in (1, -1))
     all_of_it = float(np.sum(np.abs(motion) ** 2))
     whirl = np.sign(speed) * (forward - backward) / max(forward + backward, np.finfo(float).tiny)
@@ -312,15 +274,3 @@ def _motions(found: Turn, seen: list[_Seen]) -> dict[str, np.ndarray]:
     parts = own.T.reshape(len(found.interfaces), 2, 3, len(seen))
     parts[:, 1] /= found.size
     return dict(zip(found.interfaces, parts.reshape(len(found.interfaces), 6, -1), strict=True))
-
-
-def _notes(system: System, found: Turn) -> list[str]:
-    notes = []
-    if np.any(system.gravity):
-        notes.append("weight is left out of the whirl: the rotor is taken as straight between its supports")
-    if found.acceleration > UNSTEADY * max(found.speed**2, found.rate**2):
-        notes.append(
-            f"the rotor does not turn steadily: it accelerates by {found.acceleration:.3g} of its size per s^2, as one "
-            "that is not balanced does; the modes are those of small motions about this rotation"
-        )
-    return notes

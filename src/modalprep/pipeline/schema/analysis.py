@@ -89,6 +89,10 @@ class RotorTable(Table):
         [1.0], description="multiples of the speed that excite: 1 unbalance, 2 misalignment, the number of blades"
     )
 
+    unbalance: dict[str, Three[float]] = Field(
+        {}, description="by body.interface, mass times distance from the axis in the body's axes, kg m; its response"
+    )
+
     @model_validator(mode="after")
     def _ascending(self) -> RotorTable:
         if not self.lowest < self.highest:

@@ -22,6 +22,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.rotors.campbell import Campbell, campbell
+from modalprep.multibody.rotors.unbalance import UnbalanceResponse, unbalance_response
 from modalprep.pipeline.building.sources import mark_source, output_folder, refuse_shared_folders
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable, RotorTable, SweepTable
@@ -39,7 +40,16 @@ from modalprep.report.analysis import (
     write_response,
     write_sweep,
 )
-from modalprep.report.rotor import campbell_plot, campbell_summary, campbell_table, write_campbell
+from modalprep.report.rotor import (
+    campbell_plot,
+    campbell_summary,
+    campbell_table,
+    peaks_table,
+    unbalance_plot,
+    unbalance_summary,
+    write_campbell,
+    write_unbalance,
+)
 from modalprep.verdicts.notes import warnings_of
 from modalprep.verdicts.verdict import FAILED, PASSED, Requirement, Verdict
 
@@ -57,6 +67,7 @@ class Analysed:
     sweep_notes: tuple[str, ...]
     inverse: InverseDynamics | None
     rotors: dict[str, Campbell]
+    unbalance: dict[str, UnbalanceResponse]
     table: AnalysisTable
 
     @property
@@ -66,6 +77,8 @@ class Analysed:
         equilibrium = () if self.equilibrium is None else self.equilibrium.notes
         linear = () if self.linear is None else self.linear.notes
         rotors = [f"rotor {name}: {note}" for name, found in self.rotors.items() for note in _rotor_notes(found)]
+        rotors += [f"rotor {name}: {note}" for name, found in self.unbalance.items() for note in found.notes]
+        rotors = list(dict.fromkeys(rotors))
         return (*equilibrium, *_instabilities(self.modes), *linear, *self.sweep_notes, *inverse, *rotors)
 
     @property
@@ -109,6 +122,8 @@ class Analysed:
             summary["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
         if self.rotors:
             summary["rotors"] = {name: campbell_summary(found) for name, found in self.rotors.items()}
+        for name, response in self.unbalance.items():
+            summary["rotors"][name]["unbalance"] = unbalance_summary(response)
         return summary | {"notes": list(self.notes), "verdict": self.verdict.summary()}
 
 
@@ -173,6 +188,7 @@ def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
         sweep_notes=sweep_notes,
         inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
         rotors={name: _rotor(system, name, rotor) for name, rotor in table.rotor.items()},
+        unbalance={name: _unbalance(system, name, rotor) for name, rotor in table.rotor.items() if rotor.unbalance},
         table=table,
     )
 
@@ -198,9 +214,17 @@ def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynami
 
 
 def _rotor(system: System, name: str, table: RotorTable) -> Campbell:
-    speeds = np.linspace(table.lowest, table.highest, table.points)
     with naming(f"[analysis.rotor.{name}]"):
-        return campbell(system, table.joint, speeds, axis=table.axis, modes=table.modes, orders=table.orders)
+        return campbell(system, table.joint, _speeds(table), axis=table.axis, modes=table.modes, orders=table.orders)
+
+
+def _unbalance(system: System, name: str, table: RotorTable) -> UnbalanceResponse:
+    with naming(f"[analysis.rotor.{name}]"):
+        return unbalance_response(system, table.joint, _speeds(table), table.unbalance, axis=table.axis)
+
+
+def _speeds(table: RotorTable) -> np.ndarray:
+    return np.linspace(table.lowest, table.highest, table.points)
 
 
 def _law(name: str, value: Any, folder: Path) -> TimeFunction | list[TimeFunction]:
@@ -229,6 +253,8 @@ def _report(analysed: Analysed, stem: Path, reporter: Reporter) -> None:
         _forces(analysed.inverse, stem, reporter)
     for name, found in analysed.rotors.items():
         _write_rotor(found, name, stem, reporter)
+    for name, response in analysed.unbalance.items():
+        _write_unbalance(response, name, stem, reporter)
 
 
 def _write_linear(linear: StateSpace, table: AnalysisTable, stem: Path, reporter: Reporter) -> None:
@@ -257,6 +283,14 @@ def _write_rotor(found: Campbell, name: str, stem: Path, reporter: Reporter) -> 
     own = stem.with_name(f"{stem.name}-rotor-{name}")
     reporter.wrote(write_campbell(found, own.with_name(f"{own.name}.csv")))
     reporter.wrote(campbell_plot(found, own.with_name(f"{own.name}.png")))
+
+
+def _write_unbalance(found: UnbalanceResponse, name: str, stem: Path, reporter: Reporter) -> None:
+    """Print the peaks, write and draw the response."""
+    peaks_table(found, name, reporter.console)
+    own = stem.with_name(f"{stem.name}-rotor-{name}-unbalance")
+    reporter.wrote(write_unbalance(found, own.with_name(f"{own.name}.csv")))
+    reporter.wrote(unbalance_plot(found, own.with_name(f"{own.name}.png")))
 
 
 def _forces(inverse: InverseDynamics, stem: Path, reporter: Reporter) -> None:
