@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from discs import ACROSS, MASS, POLAR, X, disc, held, shaft_of_two_stiffnesses, tilting
-from shafts import AT_REST, SPIN, SPINNING, floating
+from shafts import AT_REST, OF_UNEQUAL, SPIN, SPINNING, UNEQUAL, floating
 
 import modalprep as mp
 from modalprep.multibody.rotors.campbell import campbell
+from modalprep.multibody.rotors.whirl import whirl_modes
 
 K = 2000.0  # N m/rad
 
@@ -42,6 +43,14 @@ def test_rotor_of_beams():
     for kind, values in SPINNING.items():
         own = [k for k, each in enumerate(found.at[1].kind) if each == kind][:2]
         assert found.at[1].eigenvalue.imag[own] == pytest.approx(values, rel=1e-7)
+
+
+def test_rotor_of_beams_in_unequal_bearings():
+    """Example 5.9.2 with dampers: coordinates that turn see periodic supports; ROSS has coordinates of the ground."""
+    found = whirl_modes(floating(**UNEQUAL), "flight", SPIN, axis=X, modes=5)
+    assert found.eigenvalue.imag == pytest.approx(OF_UNEQUAL["frequency"], rel=1e-9)  # the digits printed
+    assert found.logarithmic_decrement == pytest.approx(OF_UNEQUAL["decrement"], rel=1e-8)
+    assert found.kind == ("backward", "forward", "backward", "forward", "backward")
 
 
 def test_stiffness_that_grows_with_the_speed():

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from discs import MASS, X, held, shaft_of_two_stiffnesses
+from shafts import OF_UNEQUAL, UNEQUAL
+from shafts import floating as shaft_in
 
 import modalprep as mp
 from modalprep.multibody.rotors.unbalance import unbalance_response
@@ -26,6 +28,16 @@ def test_supports_that_differ():
     found = unbalance_response(floating(ky, kz, c), "flight", SPEED, {"disc.hub": (0, UNBALANCE, 0)}, axis=X)
     assert found.motion["disc.hub"][:, 1] == pytest.approx(across(ky, c, SPEED), rel=1e-8)
     assert found.motion["disc.hub"][:, 2] == pytest.approx(-1j * across(kz, c, SPEED), rel=1e-8)
+
+
+def test_rotor_of_beams():
+    """In unequal bearings with dampers, the digits of ROSS: amplitudes and phase."""
+    speeds = np.array(OF_UNEQUAL["rpm"]) * np.pi / 30
+    found = unbalance_response(shaft_in(**UNEQUAL), "flight", speeds, {"shaft.tip": (0, 1e-3, 0)}, axis=X)
+    motion = found.motion["shaft.root"]
+    assert np.abs(motion[:, 1]) == pytest.approx(OF_UNEQUAL["y"], rel=1e-8)
+    assert np.abs(motion[:, 2]) == pytest.approx(OF_UNEQUAL["z"], rel=1e-8)
+    assert np.angle(motion[:, 1]) == pytest.approx(OF_UNEQUAL["phase"], rel=1e-8)
 
 
 def test_the_place_of_the_unbalance_is_its_phase():
