@@ -119,6 +119,7 @@ def test_shipped_systems_run_without_modalprep(name, outputs, stop, step, allowe
     np.testing.assert_array_equal(found["cs2"], found["cs3"])
 
 
+@pytest.mark.slow  # it compiles another library
 def test_rigid_bodies_in_closed_loops(tmp_path):
     """A linkage of four bars under gravity."""
     rod = small_systems()["rigid bodies in trees"].bodies["rod"]

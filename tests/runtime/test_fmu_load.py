@@ -10,6 +10,7 @@ import pytest
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError, SimulationError
+from modalprep.examples import uniform_beam
 from modalprep.multibody.evaluation.feedback import feedback
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.joint_element import HingeElement
@@ -44,7 +45,11 @@ def rotor():
     """The disc on the spring, whose other end is moved from outside."""
     base = mp.Joint(name="base", type="revolute", parent="ground", child="shaft", motion=0.0)
     clutch = mp.Joint(name="clutch", type="revolute", parent="shaft.end", child="disc", elements=SPRING)
-    return mp.System(bodies={"shaft": SHAFT, "disc": DISC}, joints=(base, clutch))
+    aside = mp.Joint(
+        name="aside", type="revolute", parent="ground", child="beam"
+    )  # at rest: the library of other tests
+    bodies = {"shaft": SHAFT, "disc": DISC, "beam": uniform_beam(modes=1)}
+    return mp.System(bodies=bodies, joints=(base, clutch, aside))
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from modalprep import __version__
+from modalprep.runtime.linear import LINEAR
 from modalprep.runtime.model import INDICATORS, Model, Variable
 from modalprep.runtime.units import BASE
 
@@ -30,7 +31,7 @@ def _version2(model: Model, name: str, kinds: Sequence[str]) -> Element:
     root = _root(model, name, fmiVersion="2.0", guid=model.token, numberOfEventIndicators=count)
     _begin(root, model, name, kinds, state="FMUstate")
     for each in root.findall("CoSimulation"):
-        each.set("canInterpolateInputs", "true")
+        each.set("canInterpolateInputs", "false" if model.kind == LINEAR else "true")
     variables = [INDEPENDENT, *model.variables]
     number = {each.reference: k for k, each in enumerate(variables, 1)}
     listed = SubElement(root, "ModelVariables")
@@ -69,6 +70,8 @@ def _begin(root: Element, model: Model, name: str, kinds: Sequence[str], state: 
         own = {"modelIdentifier": name, f"canGetAndSet{state}": "true", f"canSerialize{state}": "true"}
         if kind == CO_SIMULATION:
             own["canHandleVariableCommunicationStepSize"] = "true"
+        if model.kind == LINEAR:
+            own["providesDirectionalDerivative" + ("" if state == "FMUstate" else "s")] = "true"
         SubElement(root, TAGS[kind], own)
     _units(root)
     _categories(root)

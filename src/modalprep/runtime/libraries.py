@@ -94,7 +94,30 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
         with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
             objects = [_object(code, own, prefix, Path(folder)) for prefix in own.processors]
             made = Path(folder) / f"library{own.suffix}"
-            _link(own, objects, made)  # which may write an import library beside it
+            _link(own, [*sorted(C.glob("*.c")), *objects], made, len(objects) > 1)  # perhaps with an import library
+            shutil.copy(made, temporary)
+    return path
+
+
+def linear_library(platform: str, say: Callable[[str], None] = lambda text: None) -> Path:
+    """Return the library of linear equations for a platform, which has no kernels; it is made where there is none.
+
+    Raises
+    ------
+    NotInstalledError
+        When there is none, and no compiler to make it.
+    """
+    refuse_unknown(platform, PLATFORMS, "platform")
+    own = PLATFORMS[platform]
+    files = [C / "fmi2.c", C / "fmi3.c", C / "linear" / "core.c"]
+    parts = [repr(own).encode(), *(f.read_bytes() for f in (C / "core.h", *files))]
+    path = cache_folder() / f"linear-{platform}-{_fingerprint(parts)}{own.suffix}"
+    if not path.exists():
+        need("ziglang", "an FMU")
+        say(f"linking the library for {platform}")
+        with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
+            made = Path(folder) / f"library{own.suffix}"
+            _link(own, files, made, has_v3=False)
             shutil.copy(made, temporary)
     return path
 
@@ -129,14 +152,16 @@ def _object(code: str, platform: Platform, prefix: str, folder: Path) -> Path:
     return path
 
 
-def _link(platform: Platform, objects: list[Path], target: Path) -> None:
-    """Compile the C part and link it with the kernels."""
+def _link(platform: Platform, files: list[Path], target: Path, has_v3: bool) -> None:
+    """Compile the C part and link it with the objects of the kernels."""
     options = ["-target", platform.target, "-shared", "-O2", "-fPIC", "-fvisibility=hidden", "-s"]
-    if len(objects) > 1:
+    if has_v3:
         options.append("-DWITH_V3")
-    files = [*map(str, sorted(C.glob("*.c"))), *map(str, objects)]
     libraries = [] if platform.suffix == ".dll" else ["-lm"]
-    _run([sys.executable, "-m", "ziglang", "cc", *options, *files, "-o", str(target), *libraries], "the library")
+    _run(
+        [sys.executable, "-m", "ziglang", "cc", *options, *map(str, files), "-o", str(target), *libraries],
+        "the library",
+    )
 
 
 def _run(command: list[str], what: str, environment: dict[str, str] | None = None) -> None:

@@ -37,6 +37,11 @@ from modalprep.runtime.units import RATE_OF, about_channel, unit_of
 # of value references: core.h
 STATES, RATES, CHANNELS, COMBINED, GIVEN, GIVEN_RATES, GIVEN_ACCELERATIONS, INDICATORS = (k << 24 for k in range(1, 9))
 MAGIC = b"MPMODEL2"
+HEAD = (
+    *("image", "relocations", "states", "width", "combined", "terms", "given", "inputs", "places", "stretches"),
+    *("middles", "indicators", "codes", "method", "may_change", "bounded", "equations", "run", "watch", "outside"),
+    *("y", "state", "ydot", "row", "time", "rtol"),
+)  # words of the head of model.bin
 TOKEN = 64
 WORK = "energy.work"
 VALUE = 1  # column of a knot
@@ -126,7 +131,7 @@ def model_of(
     packing = Packing(moved, integration, Places(moved, t_end, shortest_event), events)
     notes = (*packing.notes, *_noted(integration))
     content, token = packing.content(auto=method == "auto")
-    variables = _unique(packing.variables())
+    variables = unique(packing.variables())
     kind = kind_of(integration.equations)
     return Model(kind, token, content, variables, begin, t_end, output_step, rtol, integration.choice.name, notes)
 
@@ -144,7 +149,8 @@ def _noted(integration: Integration) -> Iterator[str]:
         yield "the FMU does not look for change points of closed loops, which simulate reports"
 
 
-def _unique(variables: list[Variable]) -> tuple[Variable, ...]:
+def unique(variables: list[Variable]) -> tuple[Variable, ...]:
+    """Return the variables; refuse two of one name."""
     known: set[str] = set()
     for each in variables:
         if each.name in known:
@@ -322,7 +328,7 @@ class Packing:
         places += [self.image.of(each) for each in (run.y, self.out.state, self.out.ydot, self.out.row)]
         bounded = any(map(_varies, _tables(eq))) or len(self.loading.stretches) > 1 or bool(self.system.depletions)
         numbers = [*sizes, self.integration.choice.method, auto, bounded, *places, of_clock["time"], of_clock["rtol"]]
-        body = struct.pack(f"<{len(numbers)}q", *map(int, numbers)) + b"".join(x.tobytes() for x in arrays)
+        body = struct.pack(f"<{len(HEAD)}q", *map(int, numbers)) + b"".join(x.tobytes() for x in arrays)
         token = hashlib.sha256(body).hexdigest()[:32]
         return MAGIC + token.encode().ljust(TOKEN, b"\0") + body, token
 

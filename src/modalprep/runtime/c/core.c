@@ -376,6 +376,12 @@ int core_set_derivative(Core *core, uint32_t reference, int order, double value)
   return core->model.given[k].moves ? DONE : put_derivative(core, k, order == 1 ? FIRST : SECOND, value);
 }
 
+/* Those of a multibody system are not offered, by modelDescription.xml. */
+int core_directional(Core *core, const uint32_t unknown[], size_t nu, const uint32_t known[], size_t nk,
+                     const double seed[], double found[]) {
+  return fail(core, "this FMU has no directional derivatives");
+}
+
 void core_time(Core *core, double t) {
   if (t != core->t) core->derived = core->observed = 0;
   core->t = t;

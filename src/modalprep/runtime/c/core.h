@@ -71,6 +71,8 @@ int core_next_stretch(Core *core);
 double core_next_break(Core *core);
 int core_step(Core *core, double end);
 int core_advance(Core *core, double end, int once);
+int core_directional(Core *core, const uint32_t unknown[], size_t nu, const uint32_t known[], size_t nk,
+                     const double seed[], double found[]);
 int core_set_derivative(Core *core, uint32_t reference, int order, double value);
 int core_observe(Core *core);
 int core_indicators(Core *core, double *values);

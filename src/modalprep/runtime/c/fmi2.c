@@ -156,7 +156,9 @@ API Status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size, voi
   return OK;
 }
 API Status fmi2GetDirectionalDerivative(void *c, const unsigned u[], size_t nu, const unsigned k[], size_t nk,
-                                        const double dk[], double du[]) { return ERROR; }
+                                        const double dk[], double du[]) {
+  RESULT(core_directional(CORE(c), u, nu, k, nk, dk, du));
+}
 
 /* model exchange */
 API Status fmi2EnterEventMode(void *c) { return OK; }

@@ -156,7 +156,10 @@ API Status fmi3DeserializeFMUState(void *c, const uint8_t bytes[], size_t size, 
 
 NOTHING(GetNumberOfVariableDependencies, R r, size_t *n)
 NOTHING(GetVariableDependencies, R r, size_t e[], R i[], size_t f[], int kinds[], size_t n)
-NOTHING(GetDirectionalDerivative, const R u[], size_t nu, const R k[], size_t nk, const double s[], size_t ns, double d[], size_t nd)
+API Status fmi3GetDirectionalDerivative(void *c, const R u[], size_t nu, const R k[], size_t nk, const double s[], size_t ns,
+                                        double d[], size_t nd) {
+  RESULT(core_directional(CORE(c), u, nu, k, nk, s, d));
+}
 NOTHING(GetAdjointDerivative, const R u[], size_t nu, const R k[], size_t nk, const double s[], size_t ns, double d[], size_t nd)
 NOTHING(GetIntervalDecimal, const R r[], size_t n, double v[], int q[])
 NOTHING(GetIntervalFraction, const R r[], size_t n, uint64_t a[], uint64_t b[], int q[])
