@@ -6,7 +6,7 @@
 import os
 
 FULL = float(os.environ.get("MODALPREP_FULL") or 0)
-REDUCED = 0.5  # share of the random cases
+REDUCED = 0.3  # share of the random cases
 KILLS = round(20 * FULL) or 2  # of `run`, as many of `simulate` and of `batch`
 
 
