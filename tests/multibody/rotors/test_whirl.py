@@ -124,3 +124,16 @@ def test_a_slide_does_not_spin():
     slide = mp.Joint(name="slide", type="prismatic", parent="ground", child="disc")
     with pytest.raises(mp.InputError, match="prismatic; a rotor spins in one of revolute"):
         whirl_modes(mp.System(bodies={"disc": disc()}, joints=(slide,)), "slide", 1.0)
+
+
+def test_rotor_in_a_casing():
+    """``w^2 = k / (casing + disc)``; the axis is that of the hinge, wherever it points."""
+    turned = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0]])
+    casing = mp.rigid_body("casing", mass=5.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"seat": np.zeros(3)})
+    spring = mp.multibody.HingeElement(stiffness=1e4 * (5.0 + MASS))
+    rail = {"parent": "ground", "axis": turned @ (0, 1, 0), "rotation": turned}
+    slide = mp.Joint(name="slide", type="prismatic", child="casing", elements=spring, **rail)
+    spin = mp.Joint(name="spin", type="revolute", parent="casing.seat", child="disc", axis=X)
+    found = whirl_modes(mp.System(bodies={"casing": casing, "disc": disc()}, joints=(slide, spin)), "spin", 120.0)
+    assert found.eigenvalue.imag == pytest.approx([100.0], rel=1e-9)
+    assert found.kind == ("planar",)

@@ -26,7 +26,25 @@ Systems = System | Callable[[float], System]
 
 
 @dataclass(frozen=True, kw_only=True)
-class CriticalSpeed(Record):
+class AtSpeed(Record):
+    """What is found at a speed (rad/s).
+
+    Examples
+    --------
+    >>> AtSpeed(speed=100 * np.pi).rpm
+    3000.0
+    """
+
+    speed: float
+
+    @property
+    def rpm(self) -> float:
+        """Turns per minute."""
+        return self.speed * 30 / np.pi
+
+
+@dataclass(frozen=True, kw_only=True)
+class CriticalSpeed(AtSpeed):
     """A speed at which a mode has a multiple of the speed as its frequency.
 
     Attributes
@@ -49,16 +67,10 @@ class CriticalSpeed(Record):
     3000.0
     """
 
-    speed: float
     order: float
     mode: int
     kind: str
     logarithmic_decrement: float
-
-    @property
-    def rpm(self) -> float:
-        """Turns per minute."""
-        return self.speed * 30 / np.pi
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.rotors.campbell import Systems, ascending, at_speed
+from modalprep.multibody.rotors.campbell import AtSpeed, Systems, ascending, at_speed
 from modalprep.multibody.rotors.hill import HARMONICS, across, drives_more, hill_matrices, motion_spectrum
 from modalprep.multibody.rotors.turning import Spinning, Turn, turn
 from modalprep.records import Record
@@ -27,7 +27,7 @@ HALF_POWER = 1 / np.sqrt(2)  # of a peak
 
 
 @dataclass(frozen=True, kw_only=True)
-class Peak(Record):
+class Peak(AtSpeed):
     """A peak of an amplitude over the speed.
 
     Attributes
@@ -45,14 +45,8 @@ class Peak(Record):
     3000.0
     """
 
-    speed: float
     amplitude: float
     amplification: float
-
-    @property
-    def rpm(self) -> float:
-        """Turns per minute."""
-        return self.speed * 30 / np.pi
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
