@@ -178,7 +178,7 @@ class _State:
         exact = SystemTangent(self.chart, np.zeros(self.evaluator.nu), moving=self.steady)
         found = exact.equations(np.zeros((self.n, self.n)))
         scales = np.outer(self.scale, self.scale)
-        return found.K * scales, found.K_error * scales
+        return found.K * scales, found.errors.K * scales
 
     def largest_force(self, g: np.ndarray) -> float:
         """Largest of the forces that balance each other, times their scales: those of deflected modes, and the rest."""

@@ -62,6 +62,17 @@ class Chart:
         y = np.array(y)  # writable, as in runs: kernels are compiled anew for a read-only state
         self.evaluator, self.y = evaluator, y
         self.kept = evaluator.kept_rows(y)
+        if evaluator.loops is None:
+            self._take_all()
+        else:
+            self._choose()
+
+    def _take_all(self) -> None:
+        self.dependent, self.independent = self.kept, np.arange(self.evaluator.nu)
+        self.inverse, self.R = np.zeros((0, 0)), np.eye(self.evaluator.nu)
+
+    def _choose(self) -> None:
+        evaluator, y = self.evaluator, self.y
         G = self._jacobian(y)
         scaled = G * evaluator.scale
         order = scipy.linalg.qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
@@ -84,6 +95,8 @@ class Chart:
 
     def tangent(self, y: np.ndarray) -> np.ndarray:
         """Return R (nu, n) at another state, for the same independent coordinates."""
+        if not len(self.dependent):
+            return self.R
         G = self._jacobian(y)
         R = np.zeros((self.evaluator.nu, len(self.independent)))
         R[self.independent, np.arange(len(self.independent))] = 1.0

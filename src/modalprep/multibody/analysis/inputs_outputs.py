@@ -41,7 +41,7 @@ class Input:
         self.link, self.node = -1, 0
         joint, _, number = name.partition(".")
         parts = name.rsplit(".", 2)
-        if joint in [j.name for j in evaluator.system.joints] and (not number or number.isdigit()):
+        if evaluator.packed.links_of(joint) and (not number or number.isdigit()):
             self.tau[_speed(evaluator, joint, number, name)] = 1.0
         elif len(parts) == 3 and parts[1] in ("force", "torque") and parts[2] in AXES:
             self.link, self.node = _interface(evaluator, parts[0], name)

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from modalprep.errors import InputError, SimulationError
+from modalprep.multibody.analysis.accelerations import Accelerations
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.inputs_outputs import Input, Output, output
@@ -18,7 +19,6 @@ from modalprep.multibody.analysis.tangent import (
     SPEED_STEP,
     GivenAccelerations,
     SystemTangent,
-    Tangent,
 )
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.interfaces import world
@@ -29,8 +29,6 @@ from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 WORST = 1e-6  # relative error of a derivative, above which there is no answer
-NEGLIGIBLE = 1e-6  # of what the fastest motion makes: the least that a column counts as
-SLOWEST = 1e-3  # 1/s, the fastest motion of a system counts as at least this fast: the rate of a low orbit
 
 
 def linearise(
@@ -96,13 +94,6 @@ def linearise(
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
     refuse_other("linearise: the system", System, system)
-    return linear_equations(system, y, t, inputs, outputs)[0]
-
-
-def linear_equations(
-    system: System, y: np.ndarray | None, t: float, inputs: Sequence[str], outputs: Sequence[str]
-) -> tuple[StateSpace, Tangent]:
-    """Return what `linearise` does, and the same equations with mass and stiffness apart."""
     evaluator = Evaluator(system, t)
     y = evaluator.start if y is None else np.array(y, dtype=float)
     if y.shape != (evaluator.nx + evaluator.nu,) or not np.all(np.isfinite(y)):
@@ -110,40 +101,42 @@ def linear_equations(
     chart = Chart(evaluator, y := evaluator.closed(y))
     applied = [Input(evaluator, name) for name in inputs]
     read = [output(evaluator, name) for name in outputs]
-    evaluator.load(y)
+    evaluator.load(chart.y)
     udot = evaluator.accelerations(np.zeros(evaluator.nu)).copy()
-    free = chart.independent
-    n = len(free)
     exact = SystemTangent(chart, udot)
-    equations = exact.equations((transport(evaluator, y) @ chart.R)[free])
-    A, A_error = equations.accelerations, equations.accelerations_error
-    B = equations.solve(_input_forces(chart, applied))
-    C, D, C_error = _outputs(exact, applied, read, A, A_error, B)
-    column_error = _column_error(A_error, A, evaluator.scale[free], equations.accelerations_size)
-    error = max(column_error, _relative(C_error, C))
+    equations = exact.equations(_turning(chart))
+    found = Accelerations(exact, equations, _input_forces(chart, applied))
+    C, D, C_error = _outputs(found, applied, read)
+    error = max(found.error, _relative(C_error, C))
     if error > WORST:
         raise SimulationError(
             f"cannot linearise: the derivatives are accurate to {error:.0e} of their largest only, which is above "
             f"{WORST:.0e}; {ADVICE}"
         )
-    linear = StateSpace(
-        A=np.vstack([np.hstack([equations.N, np.eye(n)]), A]),
-        B=np.vstack([np.zeros_like(B), B]),
+    return StateSpace(
+        A=found.state,
+        B=found.by_input,
         C=C,
         D=D,
-        states=tuple(names[k] for names in evaluator.names for k in free),
+        states=tuple(names[k] for names in evaluator.names for k in chart.independent.tolist()),
         inputs=tuple(inputs),
         outputs=tuple(outputs),
-        owner=tuple(evaluator.owner),
-        independent=free,
+        owner=evaluator.owner,
+        independent=chart.independent,
         R=chart.R,
         y=y,
         udot=udot,
         error=error,
-        error_estimate=np.vstack([np.zeros((n, 2 * n)), A_error]),
+        equations=equations,
         notes=_notes(system, [name for name, each in zip(outputs, read, strict=True) if each.value]),
     )
-    return linear, equations
+
+
+def _turning(chart: Chart) -> np.ndarray:
+    """Return `transport` of the independent coordinates (n, n)."""
+    if not chart.evaluator.packed.quaternions:
+        return np.zeros(2 * chart.independent.shape)
+    return (transport(chart.evaluator, chart.y) @ chart.R)[chart.independent]
 
 
 def _notes(system: System, recovered: Sequence[str]) -> tuple[str, ...]:
@@ -169,37 +162,36 @@ def _input_forces(chart: Chart, applied: Sequence[Input]) -> np.ndarray:
         rest = evaluator.required(chart.y, still)
         for k in on_bodies:
             forces[k] = rest - evaluator.required(chart.y, still, push=partial(applied[k].apply, 1.0))
-    return chart.R.T @ forces.T
+    return chart.R.T @ forces.T if len(chart.dependent) else np.ascontiguousarray(forces.T)
 
 
 def _outputs(
-    exact: SystemTangent,
-    applied: Sequence[Input],
-    read: Sequence[Output],
-    A: np.ndarray,
-    A_error: np.ndarray,
-    B: np.ndarray,
+    found: Accelerations, applied: Sequence[Input], read: Sequence[Output]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return C, D and the estimated errors of C, for accelerations ``A z + B i`` of the independent coordinates."""
-    n, count = B.shape
+    """Return C, D and the estimated errors of C."""
+    n, count = found.B.shape
     if not read:
         return np.zeros((0, 2 * n)), np.zeros((0, count)), np.zeros((0, 2 * n))
-    R = exact.chart.R
+    exact, R = found.exact, found.exact.chart.R
     moved = np.hstack([R, np.zeros_like(R)]), np.hstack([exact.speeds_x, R])
-    accelerations = np.hstack([exact.accelerations_x, exact.accelerations_u]) + R @ A
+    accelerations = np.hstack([exact.accelerations_x, exact.accelerations_u]) + R @ found.A
     C, C_error = np.zeros((2, len(read), 2 * n))
-    D = np.zeros((len(read), count))
+    D, by_own = np.zeros((len(read), count)), np.zeros((len(read), n))
     recovered = [k for k, each in enumerate(read) if each.value is not None]
     for k, each in enumerate(read):
         if each.slopes is not None:
             by_x, by_u, by_udot = each.slopes(exact.tree)
             C[k] = by_x @ moved[0] + by_u @ moved[1] + by_udot @ accelerations
-            D[k] = by_udot @ R @ B
-            C_error[k] = np.abs(by_udot @ R) @ A_error
+            by_own[k] = by_udot @ R
     if recovered:
         values = [each.value for each in read if each.value is not None]
-        found = Recovered(exact.chart, exact.tree.udot, applied, values).matrices(A, A_error, B)
-        C[recovered], D[recovered], C_error[recovered] = found
+        C[recovered], by_own[recovered], D[recovered], C_error[recovered] = Recovered(
+            exact.chart, exact.tree.udot, applied, values
+        ).matrices(count)
+        C[recovered] += by_own[recovered] @ found.A
+    D += by_own @ found.B
+    if np.any(by_own):
+        C_error += found.error_of(by_own)
     return C, D, C_error
 
 
@@ -229,16 +221,15 @@ class Recovered:
         tau = np.zeros(self.given.evaluator.nu)
         return sum((each.apply(size) for each, size in zip(self.applied, sizes, strict=True)), tau)
 
-    def matrices(self, A: np.ndarray, A_error: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return C, D and the estimated errors of C by differences."""
-        n, count = B.shape
+    def matrices(self, count: int) -> tuple[np.ndarray, ...]:
+        """Return the derivatives by [coordinates | speeds], accelerations and inputs, and the errors of the first."""
+        n = len(self.given.chart.independent)
         scale = self.given.evaluator.scale[self.given.chart.independent]
         steps = np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, SPEED_STEP * scale, np.ones(count)])
         J, error = jacobian(self._where_valid, steps)
         if not np.all(np.isfinite(error)):
             raise SimulationError("cannot linearise: an output does not exist near this state; use another state")
-        C, W, D = np.split(J, [2 * n, 3 * n], axis=1)
-        return C + W @ A, D + W @ B, error[:, : 2 * n] + np.abs(W) @ A_error
+        return *np.split(J, [2 * n, 3 * n], axis=1), error[:, : 2 * n]
 
     def _where_valid(self, z: np.ndarray) -> np.ndarray:
         """Return the outputs, NaN where the system cannot be evaluated."""
@@ -246,22 +237,6 @@ class Recovered:
             return self.values(z)
         except SimulationError:
             return np.full(len(self.read), np.nan)
-
-
-def _column_error(error: np.ndarray, of: np.ndarray, scale: np.ndarray, made_of: np.ndarray | float = 0.0) -> float:
-    """Return the largest error of accelerations by coordinates and speeds (n, 2 n), relative to its column.
-
-    Coordinates are counted in their scales. A column that is smaller than `NEGLIGIBLE` of what the fastest motion makes
-    counts as that. So does one in which forces cancel, `made_of` (n, n) being what they could make one by one.
-    """
-    n = len(of)
-    size = np.abs(of) * np.tile(scale, 2) / scale[:, None]
-    cancelled = (made_of + np.zeros((n, n))) * scale / scale[:, None]
-    fastest = max(size[:, :n].max(initial=0.0), cancelled.max(initial=0.0))
-    rate = max(np.sqrt(fastest), size[:, n:].max(initial=0.0), SLOWEST)
-    least = NEGLIGIBLE * np.repeat([rate**2, rate], n)
-    columns = np.maximum(size.max(axis=0, initial=0.0), least)
-    return float((error * np.tile(scale, 2) / scale[:, None] / columns).max(initial=0.0))
 
 
 def _relative(error: np.ndarray, of: np.ndarray) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.records import Record
 from modalprep.vectors import VectorLike
+
+if TYPE_CHECKING:
+    from modalprep.multibody.analysis.tangent import Tangent
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -111,8 +114,8 @@ class StateSpace(LinearSystem):
     error : float
         Largest estimated error of an entry of A, relative to its column, the coordinates counted in their sizes; or of
         C, relative to its largest entry.
-    error_estimate : (2 n, 2 n)
-        Estimated error of each entry of A.
+    equations : Tangent
+        The same equations with mass, damping and stiffness apart, before they are solved.
     notes : tuple of str
         What was differentiated by differences, and what was held constant.
 
@@ -127,7 +130,15 @@ class StateSpace(LinearSystem):
     y: np.ndarray
     udot: np.ndarray
     error: float
-    error_estimate: np.ndarray
+    equations: Tangent
+
+    @property
+    def error_estimate(self) -> np.ndarray:
+        """Estimated error (2 n, 2 n) of each entry of A: the root mean square of what rounding errors make."""
+        n = len(self.equations.M)
+        inverse = self.equations.solve(np.eye(n))
+        error = np.sqrt(inverse**2 @ self.equations.force_errors(self.A[n:]) ** 2)
+        return np.vstack([np.zeros((n, 2 * n)), error])
 
 
 def frequency_response(linear: LinearSystem, frequency: VectorLike) -> NDArray[np.complex128]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modalprep.multibody.analysis.inputs_outputs import AXES
-from modalprep.multibody.analysis.linearise import linear_equations
+from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.analysis.tangent import roots
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
@@ -78,8 +78,8 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     refuse_other("system_modes: the system", System, system)
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]
-    linear, equations = linear_equations(system, y, t, (), names)
-    found = roots(equations)
+    linear = linearise(system, y, t, outputs=names)
+    found = roots(linear.equations)
     values, vectors = found.values, found.vectors
     kept = _once(values, found.error)
     values = values[kept]

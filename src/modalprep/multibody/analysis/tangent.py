@@ -8,13 +8,13 @@ with its own round-off, whereas ``M^-1 K`` mixes the stiffness of every mode int
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eig
-from scipy.linalg.lapack import dpotri
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.closure_tangent import Conditions, conditions, exerted
@@ -43,20 +43,46 @@ class Roots:
     error: np.ndarray
 
 
+class Errors(NamedTuple):
+    """Estimated errors (n, n) of K and D."""
+
+    K: np.ndarray
+    D: np.ndarray
+
+
 @dataclass(frozen=True)
 class Tangent:
-    """``x' = N x + u`` and ``M u' + D u + K x = 0``, all (n, n), with the estimated errors of D and K.
+    """``x' = N x + u`` and ``M u' + D u + K x = 0``, all (n, n).
 
-    `K_size` is the sum of the absolute values that make K.
+    Attributes
+    ----------
+    size : (n,)
+        Sum of the absolute values that make each force, when a coordinate changes by its scale.
+    called : (n, n), (n, n) or None
+        Estimated errors of what callbacks add to K and D.
+
+    Examples
+    --------
+    >>> none = np.zeros((1, 1))
+    >>> Tangent(none, np.array([[2.0]]), none, np.array([[6.0]])).solve(np.array([[3.0]]))
+    array([[1.5]])
     """
 
     N: np.ndarray
     M: np.ndarray
     D: np.ndarray
     K: np.ndarray
-    D_error: np.ndarray
-    K_error: np.ndarray
-    K_size: np.ndarray | float = 0.0
+    size: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    called: Errors | None = None
+    _rounding: Callable[[], np.ndarray] = lambda: np.zeros((1, 1))
+
+    @cached_property
+    def errors(self) -> Errors:
+        """Estimated errors of K and D."""
+        K = self._rounding() + np.zeros_like(self.K)
+        if self.called is None:
+            return Errors(K, np.zeros_like(self.D))
+        return Errors(K + self.called.K, self.called.D)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         """Return the accelerations under generalised forces (n, k).
@@ -68,35 +94,13 @@ class Tangent:
         """
         return cho_solve(self._factor, force)
 
-    @property
-    def accelerations(self) -> np.ndarray:
-        """The derivatives of u' by x and u (n, 2 n): by the inverse, and one correction of what it leaves."""
-        forces = np.hstack([self.K, self.D])
-        found = self._inverse @ forces
-        return -(found + self._inverse @ (forces - self.M @ found))
+    def force_errors(self, A: np.ndarray) -> np.ndarray:
+        """Return the root mean square (n, 2 n) of the errors of ``[K D]`` and of what M makes of ``A (n, 2 n)``.
 
-    @property
-    def accelerations_error(self) -> np.ndarray:
-        """A bound of their errors, to first order (n, 2 n): those estimated and round-off."""
-        error = np.hstack([self.K_error + EPS * np.abs(self.K), self.D_error + EPS * np.abs(self.D)])
-        return self._mobility @ error
-
-    @property
-    def accelerations_size(self) -> np.ndarray:
-        """What the forces that make K could accelerate, one by one (n, n)."""
-        return self._mobility @ (np.zeros_like(self.M) + self.K_size)
-
-    @cached_property
-    def _mobility(self) -> np.ndarray:
-        """Absolute values (n, n) of the accelerations by forces."""
-        return np.abs(self._inverse)
-
-    @cached_property
-    def _inverse(self) -> np.ndarray:
-        if not len(self.M):  # every coordinate is held by the closures; LAPACK refuses an empty matrix
-            return self.M
-        upper = np.triu(dpotri(self._factor[0])[0])
-        return upper + np.triu(upper, 1).T
+        Those estimated, and round-off of each entry, independent of the others.
+        """
+        error = np.hstack([self.errors.K + EPS * np.abs(self.K), self.errors.D + EPS * np.abs(self.D)])
+        return np.sqrt(error**2 + (EPS * self.M) ** 2 @ A**2)
 
     @cached_property
     def _factor(self) -> tuple[np.ndarray, bool]:
@@ -134,6 +138,11 @@ class GivenAccelerations:
         return R.T @ self.evaluator.required(state, self.all(state, R, own), push=push)
 
 
+@cache
+def _nothing(shape: tuple[int, ...]) -> np.ndarray:
+    return np.broadcast_to(0.0, shape)
+
+
 class SystemTangent:
     """The exact derivatives of the inverse dynamics of a system about the state of a chart (theory 5.8).
 
@@ -168,7 +177,7 @@ class SystemTangent:
             for load in registry.tangents(self.tree.scene):
                 self.tree.add(load)
         self.tree.add_joint_elements(loading.slope)
-        none: np.ndarray = np.broadcast_to(0.0, chart.R.shape)
+        none = _nothing(chart.R.shape)
         self.speeds_x = self.accelerations_x = self.accelerations_u = none
         if evaluator.loops is not None:
             self._close(evaluator.loops, required)
@@ -236,21 +245,32 @@ class SystemTangent:
 
     def equations(self, N: np.ndarray) -> Tangent:
         """Return the matrices in the independent coordinates; N as in `linearise`."""
-        R, found, scale = self.chart.R, self.found, self.chart.evaluator.scale
-        K, D = self.K, found.D
-        K_size = found.size[:, None] / scale + found.stiffness
-        K_error = ROUND_OFF * EPS * K_size
-        D_error = np.zeros_like(D)
+        R, M, D, K = self.chart.R, self.found.M, self.found.D, self.K
+        called = None if self.called is None else Errors(*map(self._reduced, np.hsplit(self.called[1], 2)))
         if self.called is not None:
-            K_off, D_off = np.hsplit(self.called[1], 2)
-            D, K_error, D_error = D - np.hsplit(self.called[0], 2)[1], K_error + K_off, D_error + D_off
-        M = found.M
+            D = D - np.hsplit(self.called[0], 2)[1]
         if len(self.chart.dependent):
             K = R.T @ (K @ R + D @ self.speeds_x + M @ self.accelerations_x)
             D = R.T @ (D @ R + M @ self.accelerations_u)
             M = R.T @ M @ R
-            K_error, D_error, K_size = (np.abs(R).T @ each @ np.abs(R) for each in (K_error, D_error, K_size))
-        return Tangent(N=N, M=(M + M.T) / 2, D=D, K=K, D_error=D_error, K_error=K_error, K_size=K_size)
+        return Tangent(N, M, D, K, self._size(), called, self._rounding)
+
+    def _size(self) -> np.ndarray:
+        """Return `Tangent.size`."""
+        if len(self.chart.dependent):
+            return (self._sizes() * self.chart.evaluator.scale[self.chart.independent]).max(axis=1, initial=0.0)
+        return self.found.size + np.max(self.found.stiffness * self.chart.evaluator.scale, axis=-1, initial=0.0)
+
+    def _sizes(self) -> np.ndarray:
+        """Return the sums of the absolute values that make K (n, n)."""
+        return self._reduced(self.found.size[:, None] / self.chart.evaluator.scale + self.found.stiffness)
+
+    def _reduced(self, sizes: np.ndarray) -> np.ndarray:
+        R = np.abs(self.chart.R)
+        return R.T @ sizes @ R if len(self.chart.dependent) else sizes
+
+    def _rounding(self) -> np.ndarray:
+        return ROUND_OFF * EPS * self._sizes()
 
 
 def roots(t: Tangent) -> Roots:
@@ -261,7 +281,7 @@ def roots(t: Tangent) -> Roots:
     Examples
     --------
     >>> none = np.zeros((2, 2))
-    >>> chain = Tangent(none, np.eye(2), none, np.array([[1.0, -1.0], [-1.0, 1.0 + 1e12]]), none, none)
+    >>> chain = Tangent(none, np.eye(2), none, np.array([[1.0, -1.0], [-1.0, 1.0 + 1e12]]))
     >>> np.sort(np.abs(roots(chain).values))[::2].round(9).tolist()
     [1.0, 1000000.0]
     """
@@ -272,7 +292,7 @@ def roots(t: Tangent) -> Roots:
     one = np.eye(n)
     none = np.zeros((n, n))
     M, D, K, D_error, K_error = (
-        X * S * S[:, None] for X in (w**2 * t.M, w * t.D, t.K, w * t.D_error, t.K_error + EPS * np.abs(t.K))
+        X * S * S[:, None] for X in (w**2 * t.M, w * t.D, t.K, w * t.errors.D, t.errors.K + EPS * np.abs(t.K))
     )
     E, F = np.block([[one, none], [none, M]]), np.block([[N, one], [-K, -D]])
     inverse = np.linalg.inv(F - E)
@@ -293,7 +313,7 @@ def roots(t: Tangent) -> Roots:
 def slowest(t: Tangent) -> float:
     """Return a rate (1/s) of the order of the slowest: that of a coordinate by itself, else of the damping, else 1."""
     k, m = np.diag(t.K), np.diag(t.M)
-    held = k > 10 * np.diag(t.K_error) + EPS * np.abs(t.K).max(axis=1, initial=0.0)
+    held = k > 10 * np.diag(t.errors.K) + EPS * np.abs(t.K).max(axis=1, initial=0.0)
     if np.any(held):
         return float(np.sqrt((k[held] / m[held]).min()))
     return float((np.abs(t.D) / np.sqrt(np.outer(m, m))).max(initial=0.0)) or 1.0

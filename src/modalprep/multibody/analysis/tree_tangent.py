@@ -103,7 +103,7 @@ class TreeTangent:
         self.system, self.packed = system, packed
         self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
-        self.data, self.work = packed.data(), packed.sweep()
+        self.data, self.work = packed.work_of(self)
         outward(packed.model, self.data, y, motion)
         required_forces(packed.model, self.data, udot, np.empty(nu))
         outward_tangents(packed.model, self.data, self.work)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -14,6 +17,7 @@ from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.kernels.responses import Responses, new_responses, respond
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.coordinate_names import coordinate_names
@@ -61,6 +65,46 @@ def _component(values: float | np.ndarray, k: int) -> float:
     return values if isinstance(values, int | float) else np.resize(values, 3)[k]
 
 
+class Measures(NamedTuple):
+    """What is found once of a system: see `Evaluator`."""
+
+    start: np.ndarray  # loops as they are
+    scale: np.ndarray
+    turns: np.ndarray
+    owner: tuple[tuple[str, str], ...]
+    size: float
+
+
+MEASURES: WeakKeyDictionary[System, Measures] = WeakKeyDictionary()  # systems do not change
+
+
+def _measured(system: System) -> Measures:
+    if system not in MEASURES:
+        MEASURES[system] = _measure(system, pack(system))
+    return MEASURES[system]
+
+
+def _measure(system: System, packed: Packed) -> Measures:
+    distinct = {id(body): body for body in system.bodies.values()}
+    sizes = {key: _size(body) for key, body in distinct.items()}
+    scales = {key: sizes[key] / _reach(body) for key, body in distinct.items() if body.n}
+    travels = [np.abs(joint.displacement).max() for joint in system.joints if np.any(joint.displacement)]
+    largest = float(max(*sizes.values(), *travels, 0.0))
+    scale, owner, turns = np.ones(packed.nu), [("", "")] * packed.nu, np.zeros(packed.nu, dtype=bool)
+    columns = (packed.model.links[name].tolist() for name in ("joint", "u", "uq", "about"))
+    for link, kind, u, first, about in zip(packed.links, *columns, strict=True):
+        count = KINDS[kind].speeds
+        owner[u : u + count] = [("joint", link.joint.name)] * count
+        shifts = 0 if about else KINDS[kind].translations
+        scale[u : u + shifts] = largest
+        turns[u + shifts : u + count] = True
+        body = system.bodies[link.body] if link.body else None
+        if body and body.n:
+            owner[first : first + body.n] = [("body", link.body)] * body.n
+            scale[first : first + body.n] = scales[id(body)]
+    return Measures(start_state(packed), scale, turns, tuple(owner), largest)
+
+
 class Evaluator:
     """A packed system and its loads at one time.
 
@@ -75,7 +119,7 @@ class Evaluator:
         The largest body or travel at the start, m.
     turns : (nu,) bool
         Whether the coordinate is an angle.
-    owner : list of (str, str)
+    owner : tuple of (str, str)
         What each speed belongs to: ``("joint", name)`` or ``("body", name)``.
     names : CoordinateNames
         Of the nu coordinates and of the nu speeds.
@@ -100,16 +144,15 @@ class Evaluator:
         self.loading = Loading(system, self.packed, until if until > t else t + AHEAD)
         self.loops = self.loading.loops
         self.udot = np.zeros(self.nu)  # the last accelerations
+        self.factored = False  # whether the data are those of `accelerations` at y
         self.applied: list[tuple[str, np.ndarray]] = []  # interface, force and torque (6,) besides the loads
         self.start = self._started(t)
-        self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
-        self.turns = np.zeros(self.nu, dtype=bool)
         self.names = self.packed.kept("names", lambda: coordinate_names(self.packed))
-        self._measure()
+        _, self.scale, self.turns, self.owner, self.size = _measured(system)
 
     def _started(self, t: float) -> np.ndarray:
         """Return the start, lengths and sums "as at the start" taken at zero, closed again at t."""
-        y = start_state(self.packed)
+        y = _measured(self.system).start.copy()
         if self.loops is None:
             self.set_time(t)
             return y
@@ -131,25 +174,6 @@ class Evaluator:
             raise SimulationError(f"the closed loops cannot be closed at t = {self.t:g} s from the state given")
         return found
 
-    def _measure(self) -> None:
-        distinct = {id(body): body for body in self.system.bodies.values()}
-        sizes = {key: _size(body) for key, body in distinct.items()}
-        scales = {key: sizes[key] / _reach(body) for key, body in distinct.items() if body.n}
-        travels = [np.abs(joint.displacement).max() for joint in self.system.joints if np.any(joint.displacement)]
-        largest = max(*sizes.values(), *travels, 0.0)
-        self.size = float(largest)
-        columns = (self.packed.model.links[name].tolist() for name in ("joint", "u", "uq", "about"))
-        for link, kind, u, first, about in zip(self.packed.links, *columns, strict=True):
-            count = KINDS[kind].speeds
-            self.owner[u : u + count] = [("joint", link.joint.name)] * count
-            travels = 0 if about else KINDS[kind].translations
-            self.scale[u : u + travels] = largest
-            self.turns[u + travels : u + count] = True
-            body = self.system.bodies[link.body] if link.body else None
-            if body and body.n:
-                self.owner[first : first + body.n] = [("body", link.body)] * body.n
-                self.scale[first : first + body.n] = scales[id(body)]
-
     def set_time(self, t: float) -> None:
         """Take functions of time at t (s), not after that of the start."""
         self.t = float(t)  # kernels are compiled anew for an integer
@@ -167,7 +191,7 @@ class Evaluator:
         """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
         motion = self.loading.prescribe(self.t, self.data)
         self.applied = []
-        self.y = y
+        self.y, self.factored = y, False
         if not moving:
             motion[:, 1:] = 0.0
         kernel.outward(self.packed.model, self.data, y, motion)
@@ -263,8 +287,24 @@ class Evaluator:
             else:
                 why = without_inertia(self.system, self.packed, self.y, name)
             raise SimulationError(why)
-        self.udot = udot
+        self.udot, self.factored = udot, True
         return udot
+
+    def respond(
+        self, factor: float, forces: np.ndarray, out: np.ndarray, row: int = 0, column: int = 0
+    ) -> np.ndarray:
+        """Write what accelerations generalised forces ``factor * forces (nu, k)`` alone make, after `accelerations`.
+
+        They go to ``out[row : row + nu, column : column + k]``; the largest of each column in the scales (k,) is
+        returned. By the factors of the order-n algorithm, which `load` overwrites and systems with closures lack.
+        """
+        sizes = np.empty(forces.shape[1])
+        respond(self.packed.model, self.data, factor, forces, out, row, column, self.scale, sizes, self._scratch)
+        return sizes
+
+    @cached_property
+    def _scratch(self) -> Responses:
+        return new_responses(len(self.packed.links), self.nu)
 
     def _accelerations(self, tau: np.ndarray, udot: np.ndarray) -> int:
         """Write the accelerations under all hinge forces; returns the link whose pivot is not positive, else -1."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from typing import Any, NamedTuple, TypeVar
+from weakref import finalize
 
 import numpy as np
 
@@ -167,6 +168,20 @@ class Packed:
             return Pattern(new), None, {}
         parts = {name: Pattern(getattr(new.modes, name)) for name in ("bends", "turns", "bodies")}
         return Pattern(new), Pattern(new.modes), parts
+
+    def work_of(self, owner: object) -> tuple[Data, Sweep]:
+        """Return data and work of the derivatives that are the owner's own while it lives, then the next one's.
+
+        They hold what was left there; each evaluation writes what it reads.
+        """
+        found = self._free.pop() if self._free else (self.data(), self.sweep())
+        finalize(owner, self._free.append, found)
+        return found
+
+    @cached_property
+    def _free(self) -> list[tuple[Data, Sweep]]:
+        """What `work_of` has given to owners that are gone."""
+        return []
 
     def link_of(self, body: str) -> int:
         """Return the link that carries a body."""
