@@ -23,7 +23,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.ringing import ringing
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
-from modalprep.multibody.starts import Given, started
+from modalprep.multibody.starts import Given, started, tolerance
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
@@ -83,9 +83,9 @@ def simulate(
         everything rests in static equilibrium (`static_equilibrium`), prescribed joints where they are. "steady":
         joints that move, prescribed ones, those with a rate in their start and free ones, keep their rates, and modes
         and all other joints are in equilibrium with that motion. "periodic": the motion repeats itself after `period`,
-        as that of a mechanism whose crank turns at a constant rate, without vibrations of its own. A state, or the end
-        of another run, whose time goes on: the run begins there. A dictionary has modal coordinates,
-        ``{"arm.modal": [...]}``.
+        as that of a mechanism whose crank turns at a constant rate, without vibrations of its own: its steps have the
+        tolerance ``0.003 rtol``. A state, or the end of another run, whose time goes on: the run begins there. A
+        dictionary has modal coordinates, ``{"arm.modal": [...]}``.
     period : float or None
         Of a "periodic" start, s, after which loads and prescribed motions repeat; default: a turn of the slowest joint
         that turns at a constant rate.
@@ -158,7 +158,7 @@ def simulate(
             start=state,
             reference=reference,
             method="explicit" if reference else method,
-            rtol=rtol,
+            rtol=tolerance(start, state, rtol),
             atol=atol,
             step=step,
             rho=rho_inf,

@@ -21,6 +21,8 @@ from modalprep.multibody.results.record import layout
 from modalprep.multibody.results.result import Result
 from modalprep.suggest import refuse_unknown
 
+FORCED = 3e-3  # times the relative tolerance: vibrations of a forced motion are below 1e-6 of its deflections
+FINEST = 1e-13
 APART = 1e-9  # s, or of the time: two output times that are nearer are one
 Start = Literal["rest", "quasi_static", "equilibrium", "steady", "periodic"]
 Given = Start | SystemState | Equilibrium | Result | Mapping[str, object]
@@ -70,6 +72,29 @@ def started(system: System, start: Given, period: float | None = None) -> System
     if start == "periodic":
         return _of_system(system, periodic_state(system, period), 0.0)
     return _in_equilibrium(system) if start == "equilibrium" else _steady(system)
+
+
+def tolerance(start: Given, state: SystemState | None, rtol: float) -> float:
+    """Return the relative tolerance of the steps: finer where the motion is to have no vibration of its own.
+
+    A forced motion that varies is followed to rtol of its deflections, and what the steps miss of it rings. A run that
+    goes on from one of such a tolerance keeps it.
+
+    Parameters
+    ----------
+    start : str, SystemState, Equilibrium, Result or dict
+        As `simulate` takes it.
+    state : SystemState or None
+        Which that is.
+
+    Examples
+    --------
+    >>> tolerance("periodic", None, 1e-5), tolerance("steady", None, 1e-5)
+    (3e-08, 1e-05)
+    """
+    finer = max(FORCED * rtol, FINEST)
+    goes_on = state is not None and float(state.steps.get("rtol", 0.0)) == finer
+    return finer if goes_on or (isinstance(start, str) and start == "periodic") else rtol
 
 
 def state_at(system: System, run: Result, t: float | None = None) -> SystemState:

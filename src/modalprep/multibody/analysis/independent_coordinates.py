@@ -8,6 +8,7 @@ pivoted QR factorisation of the scaled G selects the dependent ones such that th
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -22,6 +23,13 @@ MAX_STEPS = 60
 PROBE, BRANCHES = 1e-2, 1e-3  # scaled step; gap of redundant conditions after it, over its square
 WORST = 1e12  # condition number of the dependent columns
 SINGULAR = "the closed loops do not close near this state: they are in, or near, a singular position"
+
+
+@lru_cache(8)
+def _identity(n: int) -> np.ndarray:
+    found = np.eye(n)
+    found.flags.writeable = False
+    return found
 
 
 class Chart:
@@ -69,7 +77,7 @@ class Chart:
 
     def _take_all(self) -> None:
         self.dependent, self.independent = self.kept, np.arange(self.evaluator.nu)
-        self.inverse, self.R = np.zeros((0, 0)), np.eye(self.evaluator.nu)
+        self.inverse, self.R = np.zeros((0, 0)), _identity(self.evaluator.nu)
 
     def _choose(self) -> None:
         evaluator, y = self.evaluator, self.y

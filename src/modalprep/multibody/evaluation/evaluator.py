@@ -290,9 +290,7 @@ class Evaluator:
         self.udot, self.factored = udot, True
         return udot
 
-    def respond(
-        self, factor: float, forces: np.ndarray, out: np.ndarray, row: int = 0, column: int = 0
-    ) -> np.ndarray:
+    def respond(self, factor: float, forces: np.ndarray, out: np.ndarray, row: int = 0, column: int = 0) -> np.ndarray:
         """Write what accelerations generalised forces ``factor * forces (nu, k)`` alone make, after `accelerations`.
 
         They go to ``out[row : row + nu, column : column + k]``; the largest of each column in the scales (k,) is
