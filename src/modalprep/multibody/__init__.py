@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.analysis.state_space import StateSpace as StateSpace
     from modalprep.multibody.analysis.state_space import frequency_response as frequency_response
     from modalprep.multibody.analysis.system_modes import SystemModes as SystemModes
+    from modalprep.multibody.analysis.tangent import Tangent as Tangent
+    from modalprep.multibody.analysis.tangent import TangentErrors as TangentErrors
     from modalprep.multibody.checkpoints import join_runs as join_runs
     from modalprep.multibody.control.estimator import Estimator as Estimator
     from modalprep.multibody.control.estimator import compensator as compensator

@@ -11,13 +11,17 @@ from multibody.trees import ROOTS, random_body, random_tree
 from size import seeds
 
 import modalprep as mp
+from modalprep.examples import uniform_beam
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import GivenAccelerations, SystemTangent
+from modalprep.multibody.elements.registry import KINDS as ELEMENTS
+from modalprep.multibody.elements.registry import pack_loads
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.tangents.inward import inward_tangents
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_back import new_pulled, pull_back
+from modalprep.multibody.model.joint_types import JOINT_TYPES
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import mass_and_force
 from modalprep.multibody.reference.loads import dense_loads
@@ -64,10 +68,29 @@ def assert_exact(system, seed):
     assert_close(found.M, equations(y)[0], 1e-12, name="M")
 
 
+def rooted_tree(root):
+    return random_tree(12 + ROOTS.index(root), root=root)
+
+
 @pytest.mark.parametrize("root", ROOTS)
 def test_trees_with_every_joint(root):
     """Rigid and modal bodies with Kg and T, every kind of joint in motion."""
-    assert_exact(random_tree(12 + ROOTS.index(root), root=root), 3)
+    assert_exact(rooted_tree(root), 3)
+
+
+def elements_of(system):
+    """Return the kinds of force elements that a system has."""
+    found = pack_loads(system, pack(system), 1.0).elements
+    rows = {name: getattr(found, name) for name in ELEMENTS}
+    return {name for name, packed in rows.items() if len(getattr(packed, "rows", packed))}
+
+
+def test_no_kind_is_left_out():
+    """Joints and force elements of these tests are all that are registered; closures are (`TYPES`)."""
+    assert {joint.type for root in ROOTS for joint in rooted_tree(root).joints} == set(JOINT_TYPES)
+    systems = [loaded_tree(0), wired_tree(0), depleted_tree(0, rate=0.1), immersed_tree(0)]
+    assert set().union(*map(elements_of, systems)) == set(ELEMENTS)
+    assert all(kind.tangent is not None for kind in ELEMENTS.values())
 
 
 def test_work_and_results_are_used_again():
@@ -117,12 +140,16 @@ def test_every_force_element(seed):
     assert_exact(without_callbacks(loaded_tree(seed)), seed)
 
 
-@pytest.mark.parametrize("seed", seeds(4))
-def test_in_an_orbit_with_a_current(seed):
+def wired_tree(seed):
     system = without_callbacks(loaded_tree(seed))
     loads = [load for load in system.loads if not isinstance(load, mp.multibody.CentralGravity)]
     wire = mp.multibody.Conductor(name="line", through=("b0.a", "b1.b", "b0.root"), current="1 + t")
-    assert_exact(system.with_(gravity=np.zeros(3), orbit=ORBIT, loads=(*loads, wire)), seed)
+    return system.with_(gravity=np.zeros(3), orbit=ORBIT, loads=(*loads, wire))
+
+
+@pytest.mark.parametrize("seed", seeds(4))
+def test_in_an_orbit_with_a_current(seed):
+    assert_exact(wired_tree(seed), seed)
 
 
 @pytest.mark.parametrize("seed", seeds(4))
@@ -130,8 +157,7 @@ def test_with_masses_that_leave(seed):
     assert_exact(depleted_tree(seed, rate=0.1), seed)
 
 
-@pytest.mark.parametrize("seed", seeds(4))
-def test_rods_in_sheared_water(seed):
+def immersed_tree(seed):
     system = random_tree(seed, root=["free", "revolute", "prescribed"][seed % 3], most=1)
     water = mp.multibody.Water(current=np.array([[1.0, 0.3, 0], [0.2, 0.5, -0.4], [0.0, 0.1, 0.7]]),
                                depths=np.array([-9.0, 0.3, 9.0]), up=np.array([0.2, 0.9, -0.3]))  # fmt: skip
@@ -139,7 +165,12 @@ def test_rods_in_sheared_water(seed):
         mp.multibody.ImmersedRod(name=name, body=name, ends=ends, diameter=0.6, tangential_drag=0.3, water=water)
         for name, ends in (("b0", ("a", "b")), ("b1", ("root", "a")))
     ]
-    assert_exact(system.with_(loads=tuple(rods)), seed)
+    return system.with_(loads=tuple(rods))
+
+
+@pytest.mark.parametrize("seed", seeds(4))
+def test_rods_in_sheared_water(seed):
+    assert_exact(immersed_tree(seed), seed)
 
 
 def moving_loop(kind, seed):
@@ -157,14 +188,12 @@ def moving_loop(kind, seed):
     return mp.System(bodies=arms, joints=joints, closures=(closure,), gravity=np.array([1.0, -2.0, 3.0]))
 
 
-@pytest.mark.parametrize("kind", TYPES)
-def test_every_closure_in_motion(kind):
+def assert_exact_closed(system, place=0.1, rate=1.0):
     """Against differences of the forces of closed states by the compiled equations, accelerations given."""
-    system = moving_loop(kind, TYPES.index(kind))
     evaluator = Evaluator(system, T)
     chart, rng = Chart(evaluator, evaluator.start), np.random.default_rng(7)
     n = len(chart.independent)
-    y = chart.moved(0.1 * rng.standard_normal(n), rng.standard_normal(n))
+    y = chart.moved(place * rng.standard_normal(n), rate * rng.standard_normal(n))
     chart = Chart(evaluator, y)
     evaluator.load(y)
     udot = evaluator.accelerations(np.zeros(evaluator.nu)).copy()
@@ -173,6 +202,27 @@ def test_every_closure_in_motion(kind):
     found = SystemTangent(chart, udot).equations(np.zeros((n, n)))
     assert_close(found.K @ turn, J[:, 0], EXACT, name="K")
     assert_close(found.D @ rate, J[:, 1], EXACT, name="D")
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_every_closure_in_motion(kind):
+    assert_exact_closed(moving_loop(kind, TYPES.index(kind)))
+
+
+def test_a_flexible_four_bar_in_motion():
+    """Three elastic beams of 10 m that turn in gravity, the last one on a second pivot of the ground."""
+    beam = uniform_beam(modes=3)
+    starts = {"crank": (0.9, 2.0), "coupler": (-0.8, -1.0), "rocker": (-1.2, 1.0)}
+    parents = ("ground", "crank.tip", "coupler.tip")
+    joints = tuple(
+        mp.Joint(name=name, type="revolute", parent=parent, child=name, angle=angle, rate=rate)
+        for parent, (name, (angle, rate)) in zip(parents, starts.items(), strict=True)
+    )
+    pivot = mp.multibody.Closure(
+        name="pivot", type="point_on_line", a="ground", b="rocker.tip", position=(20.0, -1.0, 0)
+    )
+    system = mp.System(bodies=dict.fromkeys(starts, beam), joints=joints, gravity=(0, -9.81, 0))
+    assert_exact_closed(system.with_(closures=(pivot,)), place=0.02)
 
 
 @pytest.mark.parametrize("kind", ["weld", "revolute", "distance"])

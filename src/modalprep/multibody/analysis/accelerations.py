@@ -42,7 +42,8 @@ class Accelerations:
         self.exact, self.equations = exact, equations
         n = len(exact.chart.independent)
         self._factorise()
-        self.state, self.by_input = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, force.shape[1]))
+        self.state = np.zeros((2 * n, 2 * n))
+        self.by_input = np.zeros((2 * n, force.shape[1]))
         if np.any(equations.N):
             self.state[:n, :n] = equations.N
         np.fill_diagonal(self.state[:n, n:], 1.0)
@@ -77,7 +78,8 @@ class Accelerations:
 
     def _mean(self, force: np.ndarray) -> float:
         """Return the largest root mean square of what forces (n,) of independent signs accelerate, in the scales."""
-        found, squares = np.empty((len(force), PROBES)), np.zeros(len(force))
+        found = np.empty((len(force), PROBES))
+        squares = np.zeros(len(force))
         self._write(1.0, force[:, None] * _signs(len(force)), found, 0, 0)
         add_squares(found, MEAN, squares)
         scale = self.exact.chart.evaluator.scale[self.exact.chart.independent]

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.errors import SimulationError
+from modalprep.multibody.analysis.accelerations import Accelerations
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.equilibrium import LARGEST
+from modalprep.multibody.analysis.independent_coordinates import Chart
+from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -140,10 +143,20 @@ class _Resting:
 
     def step(self, y: np.ndarray) -> np.ndarray:
         """Return Newton's step (n,), none in coordinates without stiffness."""
-        n = len(self.places)
-        if n == 0:
+        if not len(self.places):
             return np.zeros(0)
-        slope = jacobian(lambda z: self.accelerations(self.moved(y, z)), np.full(n, STEP))[0]
+        slope = self._slope(y)
         rows = np.abs(slope).max(axis=1)
         rows = np.maximum(rows, NEUTRAL * rows.max(initial=0.0)) + np.finfo(float).tiny
         return np.linalg.lstsq(slope / rows[:, None], -self.accelerations(y) / rows, rcond=NEUTRAL)[0]
+
+    def _slope(self, y: np.ndarray) -> np.ndarray:
+        """Return the derivative of the accelerations (n, n): of a tree exactly; joints of loops follow the modes."""
+        evaluator, own = self.evaluator, self.places
+        if evaluator.loops is not None:
+            return jacobian(lambda z: self.accelerations(self.moved(y, z)), np.full(len(own), STEP))[0]
+        chart, nu = Chart(evaluator, y), evaluator.nu
+        evaluator.load(chart.y)
+        exact = SystemTangent(chart, evaluator.accelerations(np.zeros(nu)))
+        by_x = Accelerations(exact, exact.equations(np.zeros((nu, nu))), np.zeros((nu, 0))).A
+        return by_x[np.ix_(own, own)] * self.scale / self.scale[:, None]

@@ -43,8 +43,17 @@ class Roots:
     error: np.ndarray
 
 
-class Errors(NamedTuple):
-    """Estimated errors (n, n) of K and D."""
+class TangentErrors(NamedTuple):
+    """Estimated errors of a `Tangent`, to first order.
+
+    Attributes
+    ----------
+    K, D : (n, n)
+
+    References
+    ----------
+    Theory 5.6.
+    """
 
     K: np.ndarray
     D: np.ndarray
@@ -52,14 +61,22 @@ class Errors(NamedTuple):
 
 @dataclass(frozen=True)
 class Tangent:
-    """``x' = N x + u`` and ``M u' + D u + K x = 0``, all (n, n).
+    """Linear equations before they are solved: ``x' = N x + u`` and ``M u' + D u + K x = 0``.
+
+    Changes x (m, rad, or of modal coordinates) and u (the same per s) of the independent coordinates and speeds.
 
     Attributes
     ----------
+    N, M, D, K : (n, n)
+        What the turning of axes adds to the rates of the coordinates; mass, damping with gyroscopic forces, stiffness.
     size : (n,)
         Sum of the absolute values that make each force, when a coordinate changes by its scale.
     called : (n, n), (n, n) or None
         Estimated errors of what callbacks add to K and D.
+
+    References
+    ----------
+    Theory 5.6 and 5.8.
 
     Examples
     --------
@@ -73,19 +90,23 @@ class Tangent:
     D: np.ndarray
     K: np.ndarray
     size: np.ndarray = field(default_factory=lambda: np.zeros(1))
-    called: Errors | None = None
+    called: TangentErrors | None = None
     _rounding: Callable[[], np.ndarray] = lambda: np.zeros((1, 1))
 
     @cached_property
-    def errors(self) -> Errors:
+    def errors(self) -> TangentErrors:
         """Estimated errors of K and D."""
         K = self._rounding() + np.zeros_like(self.K)
         if self.called is None:
-            return Errors(K, np.zeros_like(self.D))
-        return Errors(K + self.called.K, self.called.D)
+            return TangentErrors(K, np.zeros_like(self.D))
+        return TangentErrors(K + self.called.K, self.called.D)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
-        """Return the accelerations under generalised forces (n, k).
+        """Return the accelerations under generalised forces (n, k), N or N m, or modal.
+
+        Returns
+        -------
+        (n, k)
 
         Raises
         ------
@@ -95,9 +116,14 @@ class Tangent:
         return cho_solve(self._factor, force)
 
     def force_errors(self, A: np.ndarray) -> np.ndarray:
-        """Return the root mean square (n, 2 n) of the errors of ``[K D]`` and of what M makes of ``A (n, 2 n)``.
+        """Return the errors of ``[K D]`` and of what M makes of ``A (n, 2 n)``.
 
         Those estimated, and round-off of each entry, independent of the others.
+
+        Returns
+        -------
+        (n, 2 n)
+            Root mean squares.
         """
         error = np.hstack([self.errors.K + EPS * np.abs(self.K), self.errors.D + EPS * np.abs(self.D)])
         return np.sqrt(error**2 + (EPS * self.M) ** 2 @ A**2)
@@ -246,7 +272,7 @@ class SystemTangent:
     def equations(self, N: np.ndarray) -> Tangent:
         """Return the matrices in the independent coordinates; N as in `linearise`."""
         R, M, D, K = self.chart.R, self.found.M, self.found.D, self.K
-        called = None if self.called is None else Errors(*map(self._reduced, np.hsplit(self.called[1], 2)))
+        called = None if self.called is None else TangentErrors(*map(self._reduced, np.hsplit(self.called[1], 2)))
         if self.called is not None:
             D = D - np.hsplit(self.called[0], 2)[1]
         if len(self.chart.dependent):

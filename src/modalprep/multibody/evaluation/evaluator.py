@@ -90,7 +90,9 @@ def _measure(system: System, packed: Packed) -> Measures:
     scales = {key: sizes[key] / _reach(body) for key, body in distinct.items() if body.n}
     travels = [np.abs(joint.displacement).max() for joint in system.joints if np.any(joint.displacement)]
     largest = float(max(*sizes.values(), *travels, 0.0))
-    scale, owner, turns = np.ones(packed.nu), [("", "")] * packed.nu, np.zeros(packed.nu, dtype=bool)
+    scale = np.ones(packed.nu)
+    turns = np.zeros(packed.nu, dtype=bool)
+    owner = [("", "")] * packed.nu
     columns = (packed.model.links[name].tolist() for name in ("joint", "u", "uq", "about"))
     for link, kind, u, first, about in zip(packed.links, *columns, strict=True):
         count = KINDS[kind].speeds

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.inputs_outputs import AXES
-from modalprep.multibody.analysis.linearise import linear_equations
+from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.steady import steady_state
 from modalprep.multibody.analysis.tangent import Tangent, slowest
@@ -131,10 +131,10 @@ class Spinning:
         )
         return own @ align.T
 
-    def linear(self, angle: float, outputs: list[str]) -> tuple[StateSpace, Tangent]:
+    def linear(self, angle: float, outputs: list[str]) -> StateSpace:
         """Return the linear equations at an angle (rad) of the rotor."""
         y, t = self.at(angle)
-        return linear_equations(self.system, y, t, (), outputs)
+        return linearise(self.system, y, t, outputs=outputs)
 
 
 def _spin_joint(system: System, name: str) -> Joint:
@@ -182,15 +182,15 @@ def turn(spinning: Spinning) -> Turn:
     constant = True
     for count in ANGLES if spinning.speed else (1,):
         found = [spinning.linear(2 * np.pi * k / count, outputs) for k in range(count)]
-        rate, S = _scales(found[0][1])
-        pencils = [_pencil(equations, rate, S) for _, equations in found]
+        rate, S = _scales(found[0].equations)
+        pencils = [_pencil(each.equations, rate, S) for each in found]
         E, F = (np.array(each) for each in zip(*pencils, strict=True))
         constant = _varies(E, F) <= CONSTANT
         if constant or _is_resolved(E, F):
             break
     else:
         raise SimulationError(f"the equations of the rotor are not resolved by {ANGLES[-1]} angles of a turn")
-    linear, _ = found[0]
+    linear = found[0]
     size = spinning.evaluator.size
     units = np.tile(np.repeat([1.0, size], 3), len(interfaces))[:, None]
     return Turn(
@@ -199,7 +199,7 @@ def turn(spinning: Spinning) -> Turn:
         rate=rate,
         E=E[:1] if constant else E,
         F=F[:1] if constant else F,
-        C=np.array([each.C[:, : len(S)] for each, _ in found]) * units * S,
+        C=np.array([each.C[:, : len(S)] for each in found]) * units * S,
         interfaces=interfaces,
         on_rotor=_on_rotor(spinning, interfaces),
         size=size,
