@@ -85,7 +85,7 @@ class Back(NamedTuple):
 
 
 @compile_inline
-def _stage(all, i):
+def stage_of(all, i):
     """Return the equations of stage i."""
     if i < 6:
         if i < 3:
@@ -121,35 +121,38 @@ def _evaluate_stages(stages, steps, k, back):
     for i in range(STAGES):
         row = STAGES * k + i
         state, rates = steps.states[row], back.rates[i]
-        _combine(begin, back.rates, A[i], i, h, state)
+        combine(begin, back.rates, A[i], i, h, state)
         steps.time[row] = steps.t[k] + C[i] * h
-        status = _evaluate(_stage(stages, i), back.kept, i, steps.time[row], state, rates)
+        status = _evaluate(stage_of(stages, i), back.kept, i, steps.time[row], state, rates)
         if status != GOOD:
             return status
         copy(rates[nx : nx + nu], steps.accelerations[row])
-    _combine(begin, back.rates, B, STAGES, h, back.raw)
+    combine(begin, back.rates, B, STAGES, h, back.raw)
     return GOOD
 
 
 @compile_kernel
 def _evaluate(eq, kept, i, t, y, ydot):
     """Evaluate stage i as `evaluate`, and keep what is overwritten later."""
-    data = eq.data
     load(eq, t, y)
+    keep_inertias(eq, kept, i)
+    status = respond(eq, t, y, ydot)
+    ydot[eq.model.nx + len(eq.tau)] = 0.0  # the work of loads is no state here
+    keep_accelerations(eq, kept, i)
+    return status
+
+
+@compile_kernel
+def keep_inertias(eq, kept, i):
+    """Keep the inertias of stage i, after `load`."""
     for k in range(len(eq.model.links)):
-        own, out = data.links[k], kept.inertia[i, k]
+        own, out = eq.data.links[k], kept.inertia[i, k]
         out[0] = own.M[0]
         for c in range(9):
             out[1 + c] = own.H[c]
         for c in range(6):
             out[10 + c] = own.J[c]
-    _keep_rows(data.modal, kept, i)
-    status = respond(eq, t, y, ydot)
-    ydot[eq.model.nx + len(eq.tau)] = 0.0  # the work of loads is no state here
-    for k in range(len(eq.model.links)):
-        put6(kept.acceleration[i, k], get6(data.links[k].acceleration))
-    _keep_accelerations(data.modal, kept, i)
-    return status
+    _keep_rows(eq.data.modal, kept, i)
 
 
 @compile_inline
@@ -160,15 +163,23 @@ def _keep_rows(modal, kept, i):
                 copy(modal.M_rf[s, c], kept.M_rf[i, s, c])
 
 
+@compile_kernel
+def keep_accelerations(eq, kept, i):
+    """Keep the accelerations of links and modes of stage i."""
+    for k in range(len(eq.model.links)):
+        put6(kept.acceleration[i, k], get6(eq.data.links[k].acceleration))
+    _keep_rates(eq.data.modal, kept, i)
+
+
 @compile_inline
-def _keep_accelerations(modal, kept, i):
+def _keep_rates(modal, kept, i):
     if modal is not None:
         for s in range(len(modal.qdd)):
             copy(modal.qdd[s], kept.qdd[i, s])
 
 
 @compile_kernel
-def _restore(eq, kept, i):
+def restore(eq, kept, i):
     """Put back what was kept of stage i."""
     data = eq.data
     for k in range(len(eq.model.links)):
@@ -192,7 +203,7 @@ def _restore_modes(modal, kept, i):
 
 
 @compile_kernel
-def _combine(y, rates, a, count, h, out):
+def combine(y, rates, a, count, h, out):
     """Write ``y + h sum a_j rates_j`` to `out`."""
     copy(y, out)
     for j in range(count):
@@ -211,7 +222,7 @@ def _step_back(stages, steps, k, back, bar):
         for c in range(len(bar)):
             bars[i, c] = h * B[i] * bar[c]
     for i in range(STAGES - 1, -1, -1):
-        _stage_back(_stage(stages, i), i, steps, STAGES * k + i, back, bars[i])
+        _stage_back(stage_of(stages, i), i, steps, STAGES * k + i, back, bars[i])
         for c in range(len(bar)):
             bar[c] += back.own[c]
         for j in range(i):
@@ -224,22 +235,27 @@ def _step_back(stages, steps, k, back, bar):
 @compile_kernel
 def _stage_back(eq, i, steps, row, back, bar):
     """Write the gradient by the state of stage i to `own`, by that of its rates."""
-    model, data, work = eq.model, eq.data, back.work
-    nu = len(eq.tau)
-    push = steps.push[row]
-    _accelerate(eq, bar[model.nx : model.nx + nu], push)
-    _restore(eq, back.kept, i)
-    outward_tangents(model, data, work)
-    pull_back(model, data, work, back.pulled, push, back.by_x, back.by_u)
-    for u in range(nu):
+    nx, push = eq.model.nx, steps.push[row]
+    accelerate(eq, bar[nx : nx + len(push)], push)
+    products(eq, i, push, back)
+    for u in range(len(push)):
+        back.joints[0] += push[u] * eq.tau[u]
+    pull_rates(eq.model, steps.states[row], bar, back.by_x, back.by_u, back.own)
+
+
+@compile_kernel
+def products(eq, i, push, back):
+    """Write what push (nu,) makes of the derivatives by coordinates and speeds at stage i, after its solution."""
+    restore(eq, back.kept, i)
+    outward_tangents(eq.model, eq.data, back.work)
+    pull_back(eq.model, eq.data, back.work, back.pulled, push, back.by_x, back.by_u)
+    for u in range(len(push)):
         back.by_x[u] -= eq.slope[0, u] * push[u]
         back.by_u[u] -= eq.slope[1, u] * push[u]
-        back.joints[0] += push[u] * eq.tau[u]
-    pull_rates(model, steps.states[row], bar, back.by_x, back.by_u, back.own)
 
 
-@compile_inline
-def _accelerate(eq, force, out):
+@compile_kernel
+def accelerate(eq, force, out):
     """Write the accelerations that forces (nu,) alone make, with the factor of the last evaluation."""
     model, data = eq.model, eq.data
     clear_wrenches(model, data)

@@ -1,4 +1,4 @@
-"""The way back through many explicit steps at once, in compiled code, for systems to which it applies."""
+"""The way back through many explicit or Rosenbrock steps at once, in compiled code, for systems to which it applies."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, build_equations
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.integration import driver
+from modalprep.multibody.integration import driver, rosenbrock
 from modalprep.multibody.integration.dop853_table import STAGES
 from modalprep.multibody.kernels.tangents.pulled_back import new_pulled
 from modalprep.multibody.model.system import System
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Model
+from modalprep.sensitivity.rosenbrock_back import Implicit, rosenbrock_back
 from modalprep.sensitivity.stages_back import Back, Kept, Stages, Steps, force_product, hinge_product, steps_back
 from modalprep.sensitivity.trace import Step
 
@@ -29,7 +30,7 @@ def applies(system: System) -> bool:
 
 
 class WayBack:
-    """The way back through steps of the explicit method.
+    """The way back through steps of the explicit and the Rosenbrock method.
 
     Parameters
     ----------
@@ -42,8 +43,8 @@ class WayBack:
         nx, nu, packed = model.nx, model.nu, model.packed
         self.ny = ny = nx + nu
         self.at_once = max(1, MOST // (STAGES * (ny + 2 * nu)))
-        own = _equations(model.evaluator)
-        self.stages = Stages(*(self._stage(own) for _ in range(STAGES)))
+        self.own = _equations(model.evaluator)
+        self.stages = Stages(*(self._stage(self.own) for _ in range(STAGES)))
         self.force = np.empty(nu)
         modal = self.stages.s0.data.modal
         rows, rates = (np.zeros((1, 6, 1)), np.zeros((1, 1))) if modal is None else (modal.M_rf, modal.qdd)
@@ -65,6 +66,17 @@ class WayBack:
             own=np.zeros(ny),
             joints=np.empty(1),
         )
+        self.implicit = Implicit(
+            rate=np.empty((4, nu)),
+            place=np.empty((4, nu)),
+            moved=np.empty((4, ny + 1)),
+            bars=np.empty((4, nu)),
+            joints=np.empty((4, nu)),
+            by_linear=np.empty((2, nu)),
+            total=np.empty(nu),
+        )
+        rough = any(e.friction or e.limited for joint in model.system.joints for e in joint.elements)
+        self.methods = {driver.EXPLICIT: STAGES} | ({} if rough else {driver.ROSENBROCK: rosenbrock.STAGES})
         self.others = {id(each): _equations(each) for along in model.beside for each in along.evaluators}
 
     def _stage(self, own: Equations) -> Equations:
@@ -78,10 +90,10 @@ class WayBack:
         alike = takewhile(lambda k: self._is_like(trace[k], last), before)
         return end - sum(1 for _ in alike)
 
-    @staticmethod
-    def _is_like(step: Step | Jump, last: Step | Jump | None) -> bool:
-        explicit = isinstance(step, Step) and step.method == driver.EXPLICIT
-        return explicit and last is not None and step.stretch == last.stretch
+    def _is_like(self, step: Step | Jump, last: Step | Jump | None) -> bool:
+        if not (isinstance(step, Step) and isinstance(last, Step)):
+            return False
+        return step.method in self.methods and (step.method, step.stretch) == (last.method, last.stretch)
 
     def reverse(self, steps: Sequence[Any], after: np.ndarray, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
         """Return the gradient by the state before some steps; that by the parameters is added to `bar_p`.
@@ -92,17 +104,27 @@ class WayBack:
             What is added to the gradient by the state after each step.
         """
         self.model.at(steps[0].begin)
+        method = steps[0].method
         kept = self._kept(steps, after)
         found = np.zeros_like(bar)
         found[: self.ny] = bar[: self.ny]
-        own: np.ndarray = found[: self.ny]
-        if steps_back(self.stages, kept, len(steps), self.back, own) != GOOD:
+        if self._go_back(method, kept, found[: self.ny]) != GOOD:
             raise SimulationError("derivatives of the run: the mass matrix is not positive at a stage of a step")
-        self._add_parameters(kept, STAGES * len(steps), bar_p)
+        # at the accelerations of the state no force is missing
+        self._add_parameters(kept, {id(self.model.evaluator): 0.0} if method == driver.EXPLICIT else {}, bar_p)
+        if method == driver.ROSENBROCK:
+            _, by_parameter = self.model.linear(steps[0].y, steps[0].begin)
+            bar_p -= np.einsum("ck,ckp->p", self.implicit.by_linear, by_parameter)
         return found
 
+    def _go_back(self, method: int, kept: Steps, bar: np.ndarray) -> int:
+        count = len(kept.t)
+        if method == driver.EXPLICIT:
+            return steps_back(self.stages, kept, count, self.back, bar)
+        return rosenbrock_back(self.stages, kept, count, self.back, self.implicit, bar)
+
     def _kept(self, steps: Sequence[Any], after: np.ndarray) -> Steps:
-        rows, nu = STAGES * len(steps), self.model.nu
+        rows, nu = self.methods[steps[0].method] * len(steps), self.model.nu
         return Steps(
             t=np.array([step.t for step in steps]),
             h=np.array([step.h for step in steps]),
@@ -114,19 +136,21 @@ class WayBack:
             push=np.empty((rows, nu)),
         )
 
-    def _add_parameters(self, kept: Steps, rows: int, bar_p: np.ndarray) -> None:
+    def _add_parameters(self, kept: Steps, known: dict[int, float], bar_p: np.ndarray) -> None:
         """Add the gradients by the parameters: of the forces that the accelerations need beyond the loads."""
         for along in self.model.beside:
-            bar_p[along.number] -= along.weights @ [self._product(each, kept, rows) for each in along.evaluators]
+            bar_p[along.number] -= along.weights @ [self._product(each, kept, known) for each in along.evaluators]
 
-    def _product(self, evaluator: Evaluator, kept: Steps, rows: int) -> float:
-        """Return the sum of the products of the gradients with these forces, which are none in the system itself."""
-        if evaluator is self.model.evaluator:
-            return 0.0
-        eq = self.others[id(evaluator)]
-        if evaluator.packed.model is self.model.packed.model:  # all but functions of time and joints' elements
-            return float(self.back.joints[0]) - hinge_product(eq, kept, rows)
-        return force_product(eq, kept, rows, self.force)
+    def _product(self, evaluator: Evaluator, kept: Steps, known: dict[int, float]) -> float:
+        """Return the sum of the products of the gradients with these forces."""
+        own = self.model.evaluator
+        if evaluator.packed.model is self.model.packed.model and evaluator is not own:
+            more = float(self.back.joints[0]) - hinge_product(self.others[id(evaluator)], kept, len(kept.time))
+            return self._product(own, kept, known) + more  # all but functions of time and joints' elements is the same
+        if id(evaluator) not in known:
+            eq = self.own if evaluator is own else self.others[id(evaluator)]
+            known[id(evaluator)] = force_product(eq, kept, len(kept.time), self.force)
+        return known[id(evaluator)]
 
 
 def _equations(evaluator: Evaluator) -> Equations:
