@@ -194,7 +194,7 @@ def _of_record(system: System, name: str) -> Parameter:
     return Parameter(
         name=name,
         value=value,
-        change=lambda system, value: Parameters(system, [name]).change([value]),
+        change=lambda other, value: (one if other is system else Parameters(other, [name])).change([value]),
         size=size,
         is_start=start,
         is_linear=_is_linear(place),

@@ -8,14 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.compiler.jit import bound
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.integration.driver import RUNNING
 from modalprep.multibody.integration.run import Integration, Record
 from modalprep.multibody.packing.step_bounds import StepBounds
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Moment
+from modalprep.sensitivity.taken import Taken, advance_kept, new_taken
 
+ROWS = 64  # steps that are kept at once
 APART = 1e-12  # of the time: two steps between which nothing lies
 
 
@@ -92,41 +94,28 @@ class Traced(Integration):
 
     @cached_property
     def _advance(self) -> Callable[[int, float, int], int]:
-        advance = super()._advance
+        taken = new_taken(ROWS, self.packed.nx, self.packed.nu)
+        given = self.equations, self.steps, self.watch, taken
+        advance = bound(advance_kept, *given, rest=(int, float, int))
 
         def kept(method: int, stop: float, most: int) -> int:
-            for _ in range(most):
-                taken = self._counted("steps")
-                code = advance(method, stop, 1)
-                if self._counted("steps") > taken:
-                    self._keep(method)
-                if code != RUNNING:
-                    return code
-            return RUNNING
+            code = advance(method, stop, most)
+            self._keep(method, taken)
+            return code
 
         return kept
 
-    def _keep(self, method: int) -> None:
-        """Keep the step that was accepted last."""
-        begin, end = (float(self._clock[name][0]) for name in ("begin", "time"))
-        h = end - begin  # an event ends it early
-        if self.trace and abs(self.trace[-1].at(1.0).t - begin) > APART * max(1.0, abs(begin)):
-            raise SimulationError(f"the steps of the run are not known near t = {begin:.6g} s")
-        nx = self.packed.nx
-        ny = nx + self.packed.nu
-        step = Step(
-            method=method,
-            t=begin,
-            h=h,
-            stretch=self._stretch,
-            y=self.steps.old[:ny].copy(),
-            end=self.steps.y[:ny].copy(),
-            udot=self.steps.ydot[nx:ny].copy(),
-            ratio=h / self._last if self._last > 0 else 0.0,
-            algorithmic=self.steps.K[1:3, : ny - nx].copy(),
-        )
-        self.trace.append(step)
-        self._last = h
+    def _keep(self, method: int, taken: Taken) -> None:
+        """Keep the steps that were taken last; an event may have ended one early."""
+        count = int(taken.filled[0])
+        rows = (each[:count].copy() for each in (taken.y, taken.end, taken.udot, taken.algorithmic))
+        for (begin, end), y, after, udot, algorithmic in zip(taken.times[:count].tolist(), *rows, strict=True):
+            if self.trace and abs(self.trace[-1].at(1.0).t - begin) > APART * max(1.0, abs(begin)):
+                raise SimulationError(f"the steps of the run are not known near t = {begin:.6g} s")
+            h = end - begin
+            ratio = h / self._last if self._last > 0 else 0.0
+            self.trace.append(Step(method, begin, h, self._stretch, y, after, udot, ratio, algorithmic))
+            self._last = h
 
     def _change(self, record: Record, end: float) -> bool:
         before = self.steps.y[:-1].copy()
