@@ -2,15 +2,16 @@
 
     python benchmarks/adjoint.py [--quick]
 
-Chains of hinged bodies fall from rest for half a second, by the explicit method with fixed steps; the gradient is that
-of the last angle by eight numbers. Runs and gradients alternate in one process; ratios are of medians. Then the systems
-of `tests/differentiated.py`, whose derivatives are compared with differences of runs. Prints tables, then one line of
-JSON:
+Chains of hinged bodies fall from rest for half a second, by the explicit method, and by the Rosenbrock method with the
+same fixed steps; the gradient is that of the last angle by eight numbers. Runs and gradients alternate in one process;
+ratios are of medians. Then the systems of `tests/differentiated.py`, whose derivatives are compared with differences of
+runs. Prints tables, then one line of JSON:
 
 - `reverse_over_run`: the way back through the steps over the run alone, of ten bodies of ten modes (two of two modes
   with --quick);
 - `gradient_over_run`: the whole call of `gradient`, its own run and all preparations too, over the run;
 - `gradient_over_differences`: the same over differences of sixteen runs;
+- `rosenbrock_gradient_over_run`: the call of `gradient` over the run by the Rosenbrock method, of the same chain;
 - `worst`: the largest relative error of any derivative of the systems, by the name of each.
 """
 
@@ -45,10 +46,10 @@ def timed(call: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def cost(count: int, modes: int, rounds: int) -> dict[str, float]:
+def cost(count: int, modes: int, rounds: int, method: str = "explicit") -> dict[str, float]:
     """Return the costs of a chain, and print them."""
     system = chain(count, modes)
-    given = {"step": STEP, "rtol": 1e-6, "method": "explicit", "output_step": DURATION}
+    given = {"step": STEP, "rtol": 1e-6, "method": method, "output_step": DURATION}
     names = [f"j{k}.{what}" for k in range(count) for what in ("angle", "rate", "stiffness", "damping")][:COUNT]
     goal = last(f"j{count - 1}.angle")
     back = []
@@ -68,7 +69,7 @@ def cost(count: int, modes: int, rounds: int) -> dict[str, float]:
         "gradient_over_differences": whole / (2 * len(names) * run),
     }
     text = ", ".join(f"{name} {value:.3g}" for name, value in found.items())
-    print(f"{count:3d} bodies of {modes:2d} modes: {run * 1e3:9.1f} ms a run, {text}")
+    print(f"{count:3d} bodies of {modes:2d} modes, {method}: {run * 1e3:9.1f} ms a run, {text}")
     return found
 
 
@@ -89,6 +90,8 @@ def main() -> None:
     warnings.simplefilter("ignore")
     sizes = [(2, 2)] if quick else [(1, 0), (10, 0), (2, 2), (10, 10)]
     costs = [cost(count, modes, 3 if quick else 9) for count, modes in sizes]
+    stiff = cost(*sizes[-1], 3 if quick else 9, "rosenbrock")
+    costs[-1]["rosenbrock_gradient_over_run"] = stiff["gradient_over_run"]
     names = ["four bar", "bouncing rod"] if quick else list(CASES)
     errors = {}
     for name in names:

@@ -63,8 +63,10 @@ def rosenbrock_back(stages, steps, count, back, work, bar):
 @compile_kernel
 def _evaluate(eq, i, steps, k, back, work):
     """Solve stage i of step k as the run does, and keep what is overwritten later; returns a status."""
-    h, nx, nu, row = steps.h[k], eq.model.nx, len(eq.tau), STAGES * k + i
-    y, rates, rate, place, moved = steps.states[row], back.rates[i], work.rate[i], work.place[i], work.moved[i]
+    h, row = steps.h[k], STAGES * k + i
+    nx, nu = eq.model.nx, len(eq.tau)
+    y, rates = steps.states[row], back.rates[i]
+    rate, place, moved = work.rate[i], work.place[i], work.moved[i]
     combine(steps.y[k], back.rates, ALPHA[i], i, h, y)
     rate[:] = place[:] = 0.0
     for j in range(i):
@@ -95,7 +97,8 @@ def _evaluate(eq, i, steps, k, back, work):
 @compile_kernel
 def _step_back(stages, steps, k, back, work, bar):
     """Go back over step k, whose stages are evaluated."""
-    h, nx, nu, bars, speeds = steps.h[k], stages.s0.model.nx, len(stages.s0.tau), back.bars, work.bars
+    h, bars, speeds = steps.h[k], back.bars, work.bars
+    nx, nu = stages.s0.model.nx, len(stages.s0.tau)
     pull_lengths(stages.s0.model, back.raw, bar)
     speeds[:] = 0.0
     for i in range(STAGES):
@@ -119,7 +122,8 @@ def _step_back(stages, steps, k, back, work, bar):
 @compile_kernel
 def _stage_back(eq, i, h, steps, row, back, work):
     """Write the gradient by the state of stage i to `own`, and that by its speeds without their acceleration."""
-    model, nx, push, wide = eq.model, eq.model.nx, steps.push[row], h * G
+    model, push = eq.model, steps.push[row]
+    nx, wide = model.nx, h * G
     bar, moved, total = back.bars[i], work.moved[i], work.total
     back.by_x[:] = back.by_u[:] = 0.0
     pull_rates(model, moved, bar, back.by_x, back.by_u, back.own)

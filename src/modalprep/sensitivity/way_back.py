@@ -110,8 +110,7 @@ class WayBack:
         found[: self.ny] = bar[: self.ny]
         if self._go_back(method, kept, found[: self.ny]) != GOOD:
             raise SimulationError("derivatives of the run: the mass matrix is not positive at a stage of a step")
-        # at the accelerations of the state no force is missing
-        self._add_parameters(kept, {id(self.model.evaluator): 0.0} if method == driver.EXPLICIT else {}, bar_p)
+        self._add_parameters(kept, bar_p)
         if method == driver.ROSENBROCK:
             _, by_parameter = self.model.linear(steps[0].y, steps[0].begin)
             bar_p -= np.einsum("ck,ckp->p", self.implicit.by_linear, by_parameter)
@@ -136,21 +135,23 @@ class WayBack:
             push=np.empty((rows, nu)),
         )
 
-    def _add_parameters(self, kept: Steps, known: dict[int, float], bar_p: np.ndarray) -> None:
+    def _add_parameters(self, kept: Steps, bar_p: np.ndarray) -> None:
         """Add the gradients by the parameters: of the forces that the accelerations need beyond the loads."""
+        known: dict[int, float] = {}
         for along in self.model.beside:
             bar_p[along.number] -= along.weights @ [self._product(each, kept, known) for each in along.evaluators]
 
     def _product(self, evaluator: Evaluator, kept: Steps, known: dict[int, float]) -> float:
-        """Return the sum of the products of the gradients with these forces."""
+        """Return the sum of the products of the gradients with these forces, less those of the system itself."""
         own = self.model.evaluator
-        if evaluator.packed.model is self.model.packed.model and evaluator is not own:
-            more = float(self.back.joints[0]) - hinge_product(self.others[id(evaluator)], kept, len(kept.time))
-            return self._product(own, kept, known) + more  # all but functions of time and joints' elements is the same
-        if id(evaluator) not in known:
-            eq = self.own if evaluator is own else self.others[id(evaluator)]
-            known[id(evaluator)] = force_product(eq, kept, len(kept.time), self.force)
-        return known[id(evaluator)]
+        if evaluator is own:
+            return 0.0
+        if evaluator.packed.model is self.model.packed.model:  # all but functions of time and joints' elements
+            return float(self.back.joints[0]) - hinge_product(self.others[id(evaluator)], kept, len(kept.time))
+        for each, eq in ((own, self.own), (evaluator, self.others[id(evaluator)])):
+            if id(each) not in known:
+                known[id(each)] = force_product(eq, kept, len(kept.time), self.force)
+        return known[id(evaluator)] - known[id(own)]
 
 
 def _equations(evaluator: Evaluator) -> Equations:
