@@ -10,6 +10,8 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
 from modalprep.formats.decks.exudyn import lost_in_exudyn_script, write_exudyn_script
+from modalprep.formats.decks.mbdyn import lost_in_mbdyn_deck, write_mbdyn_deck
+from modalprep.formats.decks.start import start_of
 from modalprep.multibody import Closure, HingeElement
 
 ENDS = {"root": [0, 0, 0], "end": [2.0, 0, 0]}
@@ -103,3 +105,95 @@ def test_the_command_writes_a_script_of_a_system(tmp_path, capsys):
     assert "T_END = 0.5" in text
     assert "PERIOD = 0.05" in text
     assert (tmp_path / "arm-arm.npz").exists()
+
+
+# --- MBDyn: cards split by the rules of its manual; there is no MBDyn to run them ----------------------------------
+
+
+def cards(path):
+    """Blocks of a deck: (head, arguments) of each card, which ends with a semicolon; commas separate arguments."""
+    text = "".join(line for line in path.read_text().splitlines(True) if not line.startswith("#"))
+    found, block = {}, None
+    for card in (" ".join(each.split()) for each in text.split(";") if each.strip()):
+        head, _, rest = card.partition(":")
+        if head == "begin":
+            block = found.setdefault(rest.strip(), [])
+        elif head != "end":
+            block.append((head.strip(), [word.strip() for word in rest.split(",")]))
+    return found
+
+
+def vector(words, at):
+    return np.array(words[at : at + 3], dtype=float)
+
+
+def matrix(words, at):
+    assert words[at] == "matr"
+    return np.array(words[at + 1 : at + 10], dtype=float).reshape(3, 3)
+
+
+def ends_of(words, nodes):
+    """The two ends of a total joint in the ground: place, and axes of its positions and of its rotations."""
+    for at in (2, 29):
+        assert [words[at + k] for k in (1, 5, 16)] == ["position", "position orientation", "rotation orientation"]
+        position, R = nodes[int(words[at])]
+        yield position + R @ vector(words, at + 2), R @ matrix(words, at + 6), R @ matrix(words, at + 17)
+
+
+def active(words, kind):
+    at = words.index(f"{kind} constraint")
+    return np.array(words[at + 1 : at + 4]) == "active"
+
+
+@pytest.mark.parametrize("make", [two_links, slider])
+def test_a_deck_of_mbdyn_holds_the_system(make, tmp_path):
+    """Counts of the cards, nodes where the bodies start, masses, and joints whose two ends agree in what they hold."""
+    system = make()
+    system = system.with_(joints=tuple(joint.with_(elements=()) for joint in system.joints))
+    deck = cards(write_mbdyn_deck(system, tmp_path / "deck.mbd", t_end=2.0))
+    control = {head: words for head, words in deck["control data"]}
+    assert "use automatic differentiation" in control
+    for key, kind in (("joints", "joint"), ("rigid bodies", "body"), ("forces", "force")):
+        assert int(control[key][0]) == sum(head == kind for head, _ in deck["elements"])
+    assert int(control["structural nodes"][0]) == len(deck["nodes"])
+    nodes = {1: (np.zeros(3), np.eye(3))}
+    for _, words in deck["nodes"][1:]:
+        nodes[int(words[0])] = (vector(words, 2), matrix(words, 5))
+    starts = start_of(system)
+    masses = iter(state for state in starts.values() if not state.body.n)
+    for head, words in deck["elements"]:
+        if head == "body":
+            state = next(masses)
+            position, R = nodes[int(words[1])]
+            assert_close([*position, *R.ravel()], [*state.p, *state.R.ravel()], 1e-14, scale=1.0)
+            m, centre, J = float(words[2]), vector(words, 3), matrix(words, 6)
+            about = J + m * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+            assert_close(about, np.trace(state.body.E0) * np.eye(3) - state.body.E0, 1e-12, scale=1.0)
+        if head == "joint" and words[1] == "total joint":
+            (a, A, turned), (b, _, other) = ends_of(words, nodes)
+            gap = (A.T @ (b - a))[active(words, "position")]
+            assert_close(gap, np.zeros(len(gap)), 1e-9, scale=1.0)
+            held = active(words, "orientation")
+            relative = turned.T @ other
+            if held[:2].all():
+                assert_close(relative[:, 2], [0, 0, 1], 1e-9)
+            if held[2]:  # by a motion, which is zero at the start, or for ever
+                assert_close(relative, np.eye(3), 1e-9)
+    modal = [words for head, words in deck["elements"] if head == "joint" and words[1] == "modal"]
+    assert len(modal) == sum(body.n > 0 for body in system.bodies.values())
+    for words in modal:
+        assert words[3:6] == ["8", "from file", "damping from file"]
+        assert (tmp_path / words[6].strip('"')).exists()
+        assert words[8:] == ['"tip"', words[9], "null"]
+        root, R = nodes[int(words[2])]
+        assert_close(nodes[int(words[9])][0], root + R @ [10.0, 0, 0], 1e-12)
+
+
+def test_what_a_deck_of_mbdyn_cannot_carry_is_refused(tmp_path):
+    system = two_links()
+    with pytest.raises(mp.InputError, match="cannot carry springs, dampers and drives of joints: shoulder, elbow"):
+        write_mbdyn_deck(system, tmp_path / "a.mbd")
+    with pytest.raises(mp.InputError, match="ends in .mbd"):
+        write_mbdyn_deck(system, tmp_path / "a.txt")
+    assert not list(tmp_path.iterdir())
+    assert lost_in_mbdyn_deck(system) == []

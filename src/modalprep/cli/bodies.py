@@ -179,7 +179,7 @@ def check(
 @app.command()
 def export(
     file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or the pipeline file (TOML) of a system.")],
-    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; of a system fmu, urdf, exudyn.")],
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; systems: fmu, urdf, exudyn, mbdyn.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,

@@ -12,16 +12,15 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.decks.start import refuse_others, start_of
 from modalprep.formats.decks.time_text import is_zero, python_text
 from modalprep.formats.export import lost_in
 from modalprep.formats.exudyn import write_exudyn
-from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.model.joint import Joint
-from modalprep.multibody.model.loads import PointForce
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.multibody.reference.equations import BodyState, body_states
+from modalprep.multibody.reference.equations import BodyState
 from modalprep.suggest import refuse_other
 
 KINDS = ("weld", "revolute", "prismatic", "cylindrical", "spherical", "planar")
@@ -75,7 +74,7 @@ def write_exudyn_script(
     path = Path(path)
     if path.suffix != ".py":
         raise InputError(f"{path}: a script of Exudyn ends in .py; give such a name with -o")
-    _refuse(system)
+    refuse_others(system, "a script of Exudyn", KINDS, elements=True)
     times = {"T_END": t_end, "STEP": step, "PERIOD": output_step}
     lines = list(_lines(system, path.stem, times))
     for name, body in system.bodies.items():
@@ -101,32 +100,6 @@ def lost_in_exudyn_script(system: System) -> list[str]:
     ]
 
 
-def _refuse(system: System) -> None:
-    """Refuse what the script cannot carry."""
-    others = [joint for joint in system.joints if joint.type not in (*KINDS, "free")]
-    several = [joint for joint in system.joints if joint.type not in ("revolute", "prismatic") and _acts(joint)]
-    hard = [j for j in system.joints if any(each.friction or each.limited for each in j.elements)]
-    closures = [c for c in system.closures if isinstance(c, Coupler) or c.type not in KINDS or not c.active]
-    loads = [load for load in system.loads if not isinstance(load, PointForce)]
-    bodies = [name for name, body in system.bodies.items() if not body.at_root]
-    names = [
-        ("joints of these types", [joint.name for joint in others]),
-        ("springs, drives or motions of joints with several coordinates", [joint.name for joint in several]),
-        ("friction or limits of joints", [joint.name for joint in hard]),
-        ("these closures and couplers", [each.name for each in closures]),
-        ("loads other than forces on interfaces", [getattr(load, "name", "") for load in loads]),
-        ("bodies whose frame is not that of their root", bodies),
-        ("an orbit or a body that loses mass", ["environment"] if system.orbit or system.depletions else []),
-    ]
-    for what, found in names:
-        if found:
-            raise InputError(f"a script of Exudyn cannot carry {what}: {', '.join(found)}; leave them out")
-
-
-def _acts(joint: Joint) -> bool:
-    return joint.motion is not None or bool(joint.elements)
-
-
 def _file(stem: str, body: str) -> str:
     return f"{stem}-{body}.npz"
 
@@ -140,10 +113,8 @@ def _lines(system: System, stem: str, times: dict[str, float]) -> Iterator[str]:
     yield f"CLOSED = {bool(system.closures)}"
     yield f"GRAVITY = {_list(system.gravity)}"
     yield f"HERE = {rest.rstrip()}\n\n"
-    evaluator = Evaluator(system)
-    states = body_states(system, evaluator.packed, evaluator.start, evaluator.loading.prescribe(0.0, evaluator.data))
     yield "markers = {}"
-    for name, state in zip(_order(system, states), states, strict=True):
+    for name, state in start_of(system).items():
         yield f"markers[{name!r}] = {_body(name, system.bodies[name], state, stem)}"
     for joint in system.joints:
         yield from _joint(joint)
@@ -152,11 +123,6 @@ def _lines(system: System, stem: str, times: dict[str, float]) -> Iterator[str]:
     for load in system.loads:
         yield _force(load)
     yield '\nif __name__ == "__main__":\n    np.savez(HERE / f"{Path(__file__).stem}-run.npz", **run())'
-
-
-def _order(system: System, states: list[BodyState]) -> list[str]:
-    assert len(states) == len(system.order)
-    return list(system.order)
 
 
 def _list(values: Any) -> Any:
@@ -206,7 +172,7 @@ def _joint(joint: Joint) -> Iterator[str]:
 
 
 def _closure(closure: Closure | Coupler) -> str:
-    assert isinstance(closure, Closure)  # by `_refuse`
+    assert isinstance(closure, Closure)  # by `refuse_others`
     frame = _frame(closure.axis)
     ends = ", ".join(_marker(end, closure.position) for end in (closure.a, closure.b))
     return f"joint({closure.type!r}, {ends}, {_list(frame)}, {_list(closure.rotation.T @ frame)})"

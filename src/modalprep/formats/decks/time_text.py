@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import TimeFunction
 
@@ -39,3 +41,34 @@ def is_zero(function: TimeFunction) -> bool:
     (True, False)
     """
     return all(isinstance(source, int | float) and source == 0 for _, source in function.given)
+
+
+def mbdyn_text(function: TimeFunction, what: str) -> str:
+    """Return a function of time as an expression of MBDyn, in which the time is `Time`.
+
+    Raises
+    ------
+    InputError
+        When it is a table or a Python function; `what` starts the message.
+
+    Examples
+    --------
+    >>> mbdyn_text(TimeFunction([(2.0, "t**2/2."), (float("inf"), "2*sqrt(t)")]), "the motion")
+    '(Time^2/2.)*(Time <= 2.0) + (2.*sqrt(Time))*(Time > 2.0)'
+    """
+    texts, since = [], ""
+    for until, source in function.given:
+        if not isinstance(source, int | float | str):
+            raise InputError(f"{what} is a table or a function of Python, which a deck cannot carry; give expressions")
+        text = f"({_of_mbdyn(source)})" if isinstance(source, str) else repr(float(source))
+        ends = [since] if since else []
+        ends += [] if until == float("inf") else [f"(Time <= {float(until)!r})"]
+        texts.append("*".join([text, *ends]))
+        since = f"(Time > {float(until)!r})"
+    return " + ".join(texts)
+
+
+def _of_mbdyn(text: str) -> str:
+    """Return an expression with MBDyn's names; integers become reals, as it divides integers without remainder."""
+    text = re.sub(r"\bt\b", "Time", text.replace("**", "^"))
+    return re.sub(r"(?<![\w.^])(\d+)(?![\w.])", r"\1.", text)
