@@ -16,7 +16,7 @@ from modalprep.multibody import Closure, HingeElement
 
 ENDS = {"root": [0, 0, 0], "end": [2.0, 0, 0]}
 LINK = mp.rigid_body("link", mass=3.0, centre=[1.0, 0.1, 0.05], inertia=np.diag([0.2, 0.5, 0.6]), interfaces=ENDS)
-QUARTER = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+QUARTER = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # about x
 
 
 def two_links():
