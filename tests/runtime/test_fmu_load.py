@@ -127,6 +127,9 @@ def test_a_sampled_controller_is_held():
         angles.append(angle)
     np.testing.assert_allclose(run["hinge.angle"], angles, rtol=1e-8, atol=1e-12)
     assert "exchange.law.work" not in run.stats
+    first = mp.simulate(pendulum(law), t_end=0.25, output_step=0.05, rtol=1e-10)  # between two calls
+    again = mp.simulate(pendulum(law), t_end=0.5, output_step=0.05, rtol=1e-10, start=first)
+    assert again["hinge.angle"][0] == first["hinge.angle"][-1]
 
 
 def test_short_periods_are_continuous_feedback():

@@ -86,7 +86,8 @@ def prepare(
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]), shortest_event)
     begin = float(times[0])
-    steps = {} if start is None or _are_apart(start.steps, begin, loading, options) else start.steps
+    anew = start is None or bool(loading.sampling.loads) or _are_apart(start.steps, begin, loading, options)
+    steps = {} if start is None or anew else start.steps
     loading.clip(begin, float(times[-1]))
     y = np.append(start_state(packed) if start is None else start.vector(system), 0.0)
     if start is not None and loading.loops:
