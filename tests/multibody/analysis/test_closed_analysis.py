@@ -405,3 +405,12 @@ def test_independent_speeds_accelerate_as_multipliers_do(mechanism):
     np.testing.assert_allclose(reduced, kernel, atol=1e-10 * scale)
     rows = dense_constraints(system, evaluator.packed, evaluator.loops, y, motion, 0.0)
     np.testing.assert_allclose(rows.G @ chart.R, 0, atol=1e-12 * np.abs(rows.G).max())
+
+
+def test_loops_that_are_all_open_leave_every_coordinate():
+    """A closure that does not act yet: linear equations as of the tree alone."""
+    body = link("bob", 2.0, (0.5, 0), 1.0)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bob")
+    tree = mp.System(bodies={"bob": body}, joints=(hinge,), gravity=np.array([9.81, 0, 0]))
+    latch = Closure(name="latch", type="weld", a="ground", b="bob.root", active=False)
+    np.testing.assert_allclose(mp.linearise(tree.with_(closures=(latch,))).A, mp.linearise(tree).A, rtol=1e-14)

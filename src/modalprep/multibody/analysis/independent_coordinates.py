@@ -104,7 +104,7 @@ class Chart:
     def tangent(self, y: np.ndarray) -> np.ndarray:
         """Return R (nu, n) at another state, for the same independent coordinates."""
         if not len(self.dependent):
-            return self.R
+            return _identity(self.evaluator.nu)
         G = self._jacobian(y)
         R = np.zeros((self.evaluator.nu, len(self.independent)))
         R[self.independent, np.arange(len(self.independent))] = 1.0
