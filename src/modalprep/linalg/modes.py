@@ -145,9 +145,10 @@ def _counted(
     The count is just below the highest mode, whose own repetitions may be cut off.
     """
     known = None
+    block = getattr(factor, "block", 0)  # of one on disk, which is read for each of them
     while True:
         again = known is not None
-        known = w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known), factor)
+        known = w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known, block=block), factor)
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found = int(np.sum(w2 < cut))
         exist = _exist(K, M, cut, factor, solver)

@@ -12,6 +12,7 @@ import weakref
 from ctypes import CDLL, RTLD_GLOBAL
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import gettempdir, mkdtemp
 from threading import Lock
@@ -51,6 +52,8 @@ def module() -> Any:
     >>> module() is module()
     True
     """
+    if find_spec("mumps") is None:
+        return None
     if (mkl := library()) is not None:
         CDLL(mkl._name, mode=RTLD_GLOBAL)
     try:

@@ -29,6 +29,8 @@ class OutOfCoreFactor:
         Number of negative pivots: the eigenvalues of A below zero (Sylvester's inertia).
     forecast : Forecast
         What the factor was to need.
+    block : int
+        Right-hand sides for which an eigensolver should ask at once: 16 take 1.3 times the time of 6.
 
     Parameters
     ----------
@@ -44,6 +46,8 @@ class OutOfCoreFactor:
     AccuracyError
         When a solution does not satisfy its equations.
     """
+
+    block = 16
 
     def __init__(self, A: csr_array | Congruent) -> None:
         self._A = A
