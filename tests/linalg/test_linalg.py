@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, diags_array
 
 import modalprep as mp
 from modalprep.errors import AccuracyError, InputError
-from modalprep.linalg import blas, modes
+from modalprep.linalg import blas, factor, modes
 from modalprep.linalg.blas import add_inner_alone, inner, product, subtract
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.memory import available_memory
@@ -105,7 +105,7 @@ def test_singular_matrix_is_named():
 
 
 def test_a_wrong_mode_does_not_pass(monkeypatch):
-    monkeypatch.setattr(modes, "block_lanczos", lambda f, M, n, shift, known: (np.ones(n), np.eye(M.shape[0], n)))
+    monkeypatch.setattr(modes, "block_lanczos", lambda f, M, n, shift, **_: (np.ones(n), np.eye(M.shape[0], n)))
     monkeypatch.setattr(modes, "_ritz", lambda K, M, X: (np.ones(X.shape[1]), np.eye(*X.shape)))
     monkeypatch.setattr(modes, "count_below", lambda *args: None)
     with pytest.raises(AccuracyError, match="is not accurate"):
@@ -114,7 +114,8 @@ def test_a_wrong_mode_does_not_pass(monkeypatch):
 
 @pytest.fixture
 def small_memory(monkeypatch):
-    """Memory for a factor in single precision, not for one in double."""
+    """Memory for a factor in single precision, not for one in double; and no MUMPS, which would take the disk."""
+    monkeypatch.setattr(factor, "module", lambda: None)
 
     def set_to(gigabytes: float) -> None:
         monkeypatch.setenv("MODALPREP_MEMORY", str(gigabytes))
