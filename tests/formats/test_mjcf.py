@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
+from modalprep.fe.readers.surface import read_surface
 from modalprep.formats import read_mjcf, read_urdf
 from modalprep.multibody import inverse_dynamics
 from modalprep.multibody.analysis.inverse_dynamics import hinge_forces
@@ -181,8 +182,8 @@ def test_surfaces_are_drawn(tmp_path):
     (tmp_path / "m" / "t.obj").write_text(
         "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     )
-    (tmp_path / "m" / "u.dae").write_text("<x/>")
-    meshes = '<asset><mesh file="t.obj" scale="0.001 0.001 0.001"/><mesh name="u" file="u.dae"/></asset>'
+    (tmp_path / "m" / "u.ply").write_text("ply")
+    meshes = '<asset><mesh file="t.obj" scale="0.001 0.001 0.001"/><mesh name="u" file="u.ply"/></asset>'
     seen = 'type="mesh" contype="0" conaffinity="0"'
     shapes = f'<geom {seen} mesh="t" pos="0 0 1"/><geom {seen} mesh="u"/>'
     text = SAME.replace("<worldbody>", meshes + "<worldbody>").replace("<inertial", shapes + "<inertial", 1)
@@ -191,8 +192,29 @@ def test_surfaces_are_drawn(tmp_path):
     body = system.bodies["upper"]
     assert_close(body.points[-4:], np.array([[0, 0, 1], [0.1, 0, 1], [0, 0.1, 1], [0, 0, 1.1]]), 1e-15)
     assert len(body.cells["triangle"]) == 4
-    assert any("neither STL nor OBJ are left out: u.dae" in note for note in system.notes)
+    assert any("neither STL, OBJ nor DAE are left out: u.ply" in note for note in system.notes)
     assert not read_mjcf(path, pictures=False).bodies["upper"].cells
+
+
+DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"><asset><unit meter="0.001"/></asset>
+<library_geometries><geometry id="g"><mesh><source id="s"><float_array>0 0 0 1 0 0 1 1 0 0 1 0</float_array></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<polylist count="1"><input semantic="NORMAL" offset="1"
+source="#n"/><input semantic="VERTEX" source="#v" offset="0"/><vcount>4</vcount><p>0 9 1 9 2 9 3 9</p></polylist>
+</mesh></geometry></library_geometries><library_visual_scenes><visual_scene><node><translate>0 0 5</translate>
+<node><rotate>0 0 1 90</rotate><scale>2 2 2</scale><instance_geometry url="#g"/></node></node></visual_scene>
+</library_visual_scenes></COLLADA>"""
+
+
+def test_collada_files_are_drawn(tmp_path):
+    """A square of a millimetre, doubled, turned about z, and lifted by the node around it: two triangles."""
+    points, triangles = read_surface(written(tmp_path, DAE, "a.dae"))
+    assert_close(points, 1e-3 * np.array([[0, 0, 5], [0, 2, 5], [-2, 2, 5], [-2, 0, 5]]), 1e-14)
+    assert triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
+    with pytest.raises(mp.InputError, match="has no triangles"):
+        read_surface(written(tmp_path, DAE.replace("#g", "#h"), "b.dae"))
+    with pytest.raises(mp.InputError, match="cannot be read"):
+        read_surface(written(tmp_path, DAE.replace("<p>0 9", "<p>x"), "c.dae"))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from modalprep.fe.readers.surface import read_surface
 from modalprep.formats.robots.tree import Picture, Robot
 from modalprep.vectors import VectorLike
 
-READ = (".stl", ".obj")
+READ = (".stl", ".obj", ".dae")
 
 
 def located(name: str, folder: Path) -> str:
@@ -45,7 +45,7 @@ def drawable(robot: Robot) -> None:
         robot.pictures[name] = [each for each in pictures if each.file not in missing]
     if missing:
         names = ", ".join(Path(file).name for file in missing[:3]) + ", ..." * (len(missing) > 3)
-        robot.dropped.append(f"pictures of links that are missing or neither STL nor OBJ are left out: {names}")
+        robot.dropped.append(f"pictures of links that are missing or neither STL, OBJ nor DAE are left out: {names}")
 
 
 def _can_be_read(path: Path) -> bool:

@@ -50,7 +50,7 @@ def read_urdf(
     base : {"fixed", "free"}
         Whether the root link is fixed to the ground, or free.
     pictures : bool
-        Whether rigid links are drawn with the surfaces (STL, OBJ) that the file names.
+        Whether rigid links are drawn with the surfaces (STL, OBJ, Collada) that the file names.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def read_mjcf(path: str | Path, *, bodies: Mapping[str, FlexibleBody] | None = N
     bodies : {name: FlexibleBody}, optional
         In place of rigid bodies, with the same interfaces at the same places.
     pictures : bool
-        Whether rigid bodies are drawn with the surfaces (STL, OBJ) that the file names.
+        Whether rigid bodies are drawn with the surfaces (STL, OBJ, Collada) that the file names.
 
     Returns
     -------

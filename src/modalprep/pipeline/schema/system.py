@@ -49,7 +49,7 @@ Inertia = Annotated[list[quantities.Inertia], AfterValidator(_possible)]
 class SurfaceTable(Table):
     """A surface with which a rigid body is drawn."""
 
-    file: FileName = Field(description="STL or OBJ file")
+    file: FileName = Field(description="STL, OBJ or DAE (Collada) file")
     scale: Three[float] = Field([1.0, 1.0, 1.0], description="of its coordinates, which then are in m")
     position: Three[Length] = Field([0.0, 0.0, 0.0], description="of its origin from the root, m")
     rotation: RotationTable | None = Field(None, description="its axes to the body's")
