@@ -67,6 +67,9 @@ if TYPE_CHECKING:
     from modalprep.multibody.results.envelopes import Envelope as Envelope
     from modalprep.multibody.results.envelopes import envelopes as envelopes
     from modalprep.multibody.results.recovered import body_motion as body_motion
+    from modalprep.multibody.rotors.bearings import BearingCoefficients as BearingCoefficients
+    from modalprep.multibody.rotors.bearings import read_bearing as read_bearing
+    from modalprep.multibody.rotors.bearings import short_journal_bearing as short_journal_bearing
     from modalprep.multibody.rotors.campbell import Campbell as Campbell
     from modalprep.multibody.rotors.campbell import CriticalSpeed as CriticalSpeed
     from modalprep.multibody.rotors.campbell import campbell as campbell
