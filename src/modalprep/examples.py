@@ -121,6 +121,16 @@ def uniform_beam(modes: int = 3, elements: int = 40, **reduction: Any):
     return flexible_body(model, craig_bampton(model, modes=modes, **reduction), name="beam")
 
 
+def large_cantilever(modes: int = 4, stations: int = 16, elements: int = 40):
+    """Return the body of `uniform_beam` with stations, for deflections up to its length (theory 4.10)."""
+    from modalprep.body.build import flexible_body
+    from modalprep.reduction.craig_bampton import craig_bampton
+
+    model = cantilever_model(elements)
+    reduction = craig_bampton(model, modes=modes, truncation=("interfaces", "derivatives"), derivatives=2)
+    return flexible_body(model, reduction, name="beam", stations=stations)
+
+
 def disc_sector(sectors: int = 8, around: int = 2, across: int = 3):
     """Return mesh, model and symmetry of a sector of a steel disc, 0.1 to 0.5 m, 10 mm thick, held at its bore.
 

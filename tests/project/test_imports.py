@@ -40,12 +40,13 @@ LAYERS = {
         "readers.coverage", "readers.numbers", "readers.text", "readers.units", "readers.loads", "readers.systems",
         "readers.entries", "readers.matrix_elements",
         "readers.nastran", "readers.abaqus", "readers.ansys",
-        "readers", "generation", "forms", "assembly", "terms", "assembly.assemble", "recovery", "sensitivity",
-        "external",
+        "readers", "generation", "forms", "assembly", "terms", "assembly.assemble", "division",
+        "recovery", "sensitivity", "external",
     ),
     "multibody": (
-        "model.functions", "model", "kernels.algebra", "kernels.joints", "kernels", "kernels.closed_loops",
-        "kernels.loads", "kernels.tangents", "packing", "tangents", "elements", "evaluation", "reference",
+        "model.functions", "model", "kernels.algebra", "kernels.stations", "kernels.joints", "kernels",
+        "kernels.closed_loops", "kernels.loads", "kernels.tangents", "packing", "tangents", "elements", "evaluation",
+        "reference",
         "integration.events", "integration", "results", "checkpoints", "preparation", "compilation", "analysis",
         "control", "rotors", "starts", "simulate", "free_body", "deploying",
     ),
@@ -89,7 +90,8 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     # the solver sees bodies, their mass at a deflection and a fill level and the motion from which they recover forces;
     # of its own it makes only rigid rods
     ("multibody", "body"): {
-        *(f"body.{name}" for name in "flexible_body levels line mass recovery rigid".split()),
+        *(f"body.{name}" for name in "deflection flexible_body levels line mass recovery rigid".split()),
+        *(f"body.stations.{name}" for name in "error motion record second_order shape".split()),
     },
     # of the model, what the cells of a mesh are, and how matrices of other programs are read
     ("formats", "fe"): {

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from modalprep.body.recovery import BodyMotion as BodyMotion
     from modalprep.body.recovery import Recovery as Recovery
     from modalprep.body.recovery import at_rest as at_rest
+    from modalprep.body.stations.number import stations_for as stations_for
+    from modalprep.body.stations.record import Stations as Stations
     from modalprep.body.stress import StressModes as StressModes
     from modalprep.body.verify import check_buckling as check_buckling
     from modalprep.body.verify import check_projection as check_projection

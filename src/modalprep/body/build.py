@@ -12,6 +12,7 @@ from modalprep.body.quality.resolution import coarse_mesh
 from modalprep.body.quality.units import implausible_units
 from modalprep.body.recovery_matrices import recovery_matrices
 from modalprep.body.second_order import SECOND_ORDER, stiffness_and_growth, with_second_order_mass
+from modalprep.body.stations.build import STATIONS, with_stations
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
@@ -34,6 +35,7 @@ def flexible_body(
     stress: StressRecovery | None = None,
     recovery: ModelRecovery | None = None,
     second_order_mass: bool | Literal["auto"] = "auto",
+    stations: int = 0,
     provenance: dict[str, str] | None = None,
 ) -> FlexibleBody:
     """Project a model on its reduced basis.
@@ -52,6 +54,9 @@ def flexible_body(
     second_order_mass : bool or "auto"
         Whether the body has T, the second order of its modal mass (second_order.py); "auto" takes it where it matters,
         and the provenance says how much.
+    stations : int
+        Parts along each way from the root, for deflections up to the body's length (theory 4.10); 0: the modes alone
+        move the body, to about a tenth of its size.
     provenance : dict of str
         Added to the source of the mesh.
 
@@ -83,6 +88,11 @@ def flexible_body(
     """
     refuse_other("flexible_body: the model", FEModel, model)
     refuse_other("flexible_body: the reduction", Reduction, reduction)
+    if stations and (stress or recovery):
+        raise InputError(
+            "large_deflection does not give stress and recoveries yet, which would be those of small deflections; "
+            "leave them out, or set large_deflection = false"
+        )
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")
     Phi = reduction.basis
@@ -93,8 +103,11 @@ def flexible_body(
         stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
         recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
     )
-    body = with_second_order_mass(body, model, reduction, second_order_mass, low)
-    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
+    if stations:
+        body = with_stations(body, model, reduction, stations, second_order_mass, low)
+    else:
+        body = with_second_order_mass(body, model, reduction, second_order_mass, low)
+    said = [text for key, text in body.provenance.items() if key in (SECOND_ORDER, STATIONS)]
     own = (*said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
     return body.with_(notes=(*model.notes, *reduction.notes, *own), mode_names=_mode_names(model, body))
 

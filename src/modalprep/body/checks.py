@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from modalprep.body.deflection import mass_at
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import mass_matrix, rigid_mass_matrix, stated_mass_matrix
+from modalprep.body.mass import rigid_mass_matrix, stated_mass_matrix
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import warn, warnings_of
@@ -212,7 +213,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     """
     refuse_other("check_body: the body", FlexibleBody, body)
     with np.errstate(all="ignore"):  # what is not finite does not pass
-        bent = float(np.max([indefinite(mass_matrix(body, BENT * q)) for q in deflections(body)], initial=0.0))
+        bent = float(np.max([indefinite(mass_at(body, BENT * q)) for q in deflections(body)], initial=0.0))
     meaning = f"and with deflections of {BENT:.0%} of the body's size"
     checks = [*check_identities(body), Check("mass matrix, bent", bent, IDENTITY, meaning)]
     warn(f"check of {body.name!r}: {check.name}: {check.says}" for check in checks if not check.within)
@@ -325,7 +326,7 @@ def indefinite(M: np.ndarray) -> float:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> indefinite(mass_matrix(uniform_beam(modes=2), np.zeros(2)))
+    >>> indefinite(mass_at(uniform_beam(modes=2), np.zeros(2)))
     0.0
     """
     scale = 1 / np.sqrt(np.maximum(np.diag(M), 1e-12 * np.abs(M).max()))

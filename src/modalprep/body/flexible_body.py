@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from modalprep.body.recovery import BodyMotion, Recovery
+from modalprep.body.stations.record import Stations
 from modalprep.body.stress import StressModes
 from modalprep.drawing import Animated
 from modalprep.records import Record, filled, given
@@ -76,6 +77,8 @@ class FlexibleBody(Record, ModalBody, Animated):
         The candidates of the reduction with the reason for keeping or dropping each.
     provenance : dict of str
         Sources of the body and their hashes.
+    stations : Stations or None
+        Parts of a body that deflects by more than a tenth of its size (theory 4.10); None: its modes alone move it.
     mode_names : tuple of str
         What moves in each mode, and how, such as "1st bending in y"; empty where the masses of the nodes are not known.
     notes : tuple of str
@@ -121,6 +124,7 @@ class FlexibleBody(Record, ModalBody, Animated):
     modal_mass: np.ndarray = given(converter=filled, default=None)
     T: np.ndarray | None = None
     truncation: np.ndarray = given(converter=filled, default=None)
+    stations: Stations | None = None
     mode_names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -160,7 +164,8 @@ class FlexibleBody(Record, ModalBody, Animated):
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed.
 
-        New modes (`K`) have no `energy`, `stress`, `recovery`, `truncation`, `T` and names, and mass 1, unless given.
+        New modes (`K`) have no `energy`, `stress`, `recovery`, `truncation`, `T`, `stations` and names, and mass 1,
+        unless given.
 
         Returns
         -------
@@ -168,7 +173,7 @@ class FlexibleBody(Record, ModalBody, Animated):
             The changed copy.
         """
         none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None}
-        none |= {"truncation": None, "mode_names": ()}
+        none |= {"truncation": None, "mode_names": (), "stations": None}
         return super().with_(**((none if "K" in changes else {}) | changes))
 
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
@@ -224,7 +229,7 @@ class FlexibleBody(Record, ModalBody, Animated):
         }
 
     def conventional(self) -> FlexibleBody:
-        """Return the body without geometric stiffness and T: the prematurely linearised theory.
+        """Return the body without geometric stiffness, T and stations: the prematurely linearised theory.
 
         Returns
         -------
@@ -236,7 +241,7 @@ class FlexibleBody(Record, ModalBody, Animated):
         Theory 4.5.
         """
         names = ("Kg_A", "Kg_W", "Kg_F", "Kg_T")
-        return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names}, T=None)
+        return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names}, T=None, stations=None)
 
     def ruthless(self) -> FlexibleBody:
         """Return the body linearised in the modes ("ruthless" in the book), without geometric stiffness.

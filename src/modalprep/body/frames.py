@@ -23,6 +23,7 @@ from scipy.sparse import csr_array
 from modalprep.body.flexible_body import AXES, ORIGIN, FlexibleBody
 from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.body.recovery_matrices import recovery_in_frame
+from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import InputError
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_signs
@@ -77,6 +78,7 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     array([-60.,   0.,   0.])
     """
     refuse_other("in_frame: the body", FlexibleBody, body)
+    refuse_stations("another frame of a body", body.stations)
     c = np.asarray(origin, dtype=float)
     Q = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     if Q.shape != (3, 3) or np.abs(Q.T @ Q - np.eye(3)).max() > 1e-9 or np.linalg.det(Q) < 0:
@@ -247,6 +249,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
 
 def _following(body: FlexibleBody, rigid_motion: Follow) -> FlexibleBody:
     """Change to a frame that follows the deformation, and to the modes of that frame."""
+    refuse_stations("a frame that follows the deformation", body.stations)
     old = Moments(body.S, body.H, body.phi, body.psi)
     a = -rigid_motion(old)
     t = a[:3]

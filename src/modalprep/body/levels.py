@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import InputError
 
 BY_DENSITY = ("m", "s0", "E0", "S", "H", "P", "Kg_A", "Kg_W", "modal_mass")
@@ -34,6 +35,7 @@ def with_density_factor(body: FlexibleBody, factor: float) -> FlexibleBody:
     """
     if not 0 < factor < float("inf"):
         raise InputError(f"body {body.name!r}: density factor {factor:g} must be positive")
+    refuse_stations("another density", body.stations)
     T = None if body.T is None else factor * body.T
     return body.with_(**{name: factor * getattr(body, name) for name in BY_DENSITY}, T=T)
 
@@ -50,6 +52,7 @@ def interpolate(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleB
     >>> interpolate(with_density_factor(full, 0.5), full, 9.0).modal_mass.diagonal().round(12)
     array([0.75, 0.75])
     """
+    refuse_stations("a fill level", heavy.stations)
     share = (m - light.m) / (heavy.m - light.m)
     at = {name: (1 - share) * getattr(light, name) + share * getattr(heavy, name) for name in BY_DENSITY}
     return heavy.with_(**at, T=None)

@@ -48,6 +48,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.line import shortening, swing
+from modalprep.body.stations.record import refuse_stations
 from modalprep.vectors import skew
 
 AFFINE = 1e-10  # of unit modal mass
@@ -126,6 +127,57 @@ def cross_moment(H: np.ndarray) -> np.ndarray:
     return np.array([H[2, 1] - H[1, 2], H[0, 2] - H[2, 0], H[1, 0] - H[0, 1]])
 
 
+class AffineAxes(NamedTuple):
+    """The affine functions X_r of a body: constant, then linear along the principal axes of its second moment.
+
+    Attributes
+    ----------
+    root : float
+        sqrt(m).
+    centre : (3,)
+        Of mass, m.
+    axes : (3, 3)
+        Columns.
+    scale, inverse : (3,)
+        Roots of the principal second moments, m sqrt(kg), and their inverses; zero in a direction without extent.
+    """
+
+    root: float
+    centre: np.ndarray
+    axes: np.ndarray
+    scale: np.ndarray
+    inverse: np.ndarray
+
+    def coordinates(self, total: np.ndarray, by_x: np.ndarray) -> np.ndarray:
+        """Return affine coordinates (3, 4, ...) of a field by ``int rho u_a`` and ``int rho x_b u_a``."""
+        about = by_x - np.einsum("a...,b->ab...", total, self.centre)
+        linear = np.einsum("ab...,br,r->ar...", about, self.axes, self.inverse)
+        return np.concatenate([total[:, None] / self.root, linear], axis=1)
+
+    @property
+    def strain(self) -> np.ndarray:
+        """``p(0) / p(0).p(0)`` (3, 4) without its first column, of the mean strain."""
+        along = np.column_stack([np.zeros(3), self.axes * self.scale])
+        return along / max(np.sum(self.scale**2), np.finfo(float).tiny)
+
+
+def affine_axes(body: FlexibleBody) -> AffineAxes:
+    """Return the affine functions of a body.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> affine_axes(uniform_beam(modes=1)).centre.round(9)
+    array([5., 0., 0.])
+    """
+    centre = body.s0 / body.m
+    moments, axes = np.linalg.eigh(body.E0 - body.m * np.outer(centre, centre))
+    thick = moments > FLAT * np.trace(body.E0)
+    scale = np.sqrt(moments, where=thick, out=np.zeros(3))
+    inverse = np.divide(1.0, scale, where=thick, out=np.zeros(3))
+    return AffineAxes(np.sqrt(body.m), centre, axes, scale, inverse)
+
+
 def affine_part(body: FlexibleBody) -> AffinePart:
     """Split the motion of a body into its affine part and the rest.
 
@@ -136,25 +188,13 @@ def affine_part(body: FlexibleBody) -> AffinePart:
     >>> (part.p0 @ part.p0.T).diagonal().round(3)  # E0
     array([4.0e+02, 6.0e-03, 2.4e-02])
     """
-    root = np.sqrt(body.m)
-    centre = body.s0 / body.m
-    moments, axes = np.linalg.eigh(body.E0 - body.m * np.outer(centre, centre))
-    thick = moments > FLAT * np.trace(body.E0)
-    scale = np.sqrt(moments, where=thick, out=np.zeros(3))
-    inverse = np.divide(1.0, scale, where=thick, out=np.zeros(3))
-
-    def coordinates(total: np.ndarray, by_x: np.ndarray) -> np.ndarray:
-        """Affine coordinates (3, 4, ...) of a field by ``int rho u_a`` and ``int rho x_b u_a``."""
-        about = by_x - np.einsum("a...,b->ab...", total, centre)
-        return np.concatenate([total[:, None] / root, np.einsum("ab...,br,r->ar...", about, axes, inverse)], axis=1)
-
-    first = coordinates(body.S, body.H)
-    place = np.column_stack([root * centre, axes * scale])
+    axes = affine_axes(body)
+    first = axes.coordinates(body.S, body.H)
+    place = np.column_stack([axes.root * axes.centre, axes.axes * axes.scale])
     rest = body.P - np.einsum("ari,brj->abij", first, first)
     mass = body.modal_mass - np.einsum("ari,arj->ij", first, first)
-    strain = np.column_stack([np.zeros(3), axes * scale]) / max(np.sum(scale**2), np.finfo(float).tiny)
-    second = coordinates(body.Kg_A, body.Kg_W)
-    return AffinePart(place, first, second, rest, mass, strain, root, _rest_second(body, first, second, mass))
+    second = axes.coordinates(body.Kg_A, body.Kg_W)
+    return AffinePart(place, first, second, rest, mass, axes.strain, axes.root, _rest_second(body, first, second, mass))
 
 
 def _rest_second(body: FlexibleBody, first: np.ndarray, second: np.ndarray, mass: np.ndarray) -> np.ndarray:
@@ -304,6 +344,11 @@ def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     (6 + n, 6 + n) float
         Symmetric; kg, kg m, kg m^2 of the rigid part, without unit of the modal one.
 
+    Raises
+    ------
+    InputError
+        When a body with stations is deflected.
+
     References
     ----------
     Theory 4.3 and 4.6.
@@ -314,6 +359,8 @@ def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     >>> mass_matrix(uniform_beam(modes=2), np.zeros(2)).diagonal().round(1)[[0, 4, 7]]
     array([ 12., 400.,   1.])
     """
+    if np.any(q):
+        refuse_stations("mass_matrix of a deflected body", body.stations, "take `body.deflection.mass_at`")
     return assembled(body.m, deflected(affine_part(body), q))
 
 

@@ -98,18 +98,20 @@ def modal_mass_growth(model: FEModel, reduction: Reduction, some: slice) -> np.n
     return model.rotating_mass.project_modes(Phi, some) - Kg
 
 
-def mass_share(body: FlexibleBody, T: np.ndarray) -> float:
+def mass_share(body: FlexibleBody, T: np.ndarray, included: np.ndarray | None = None) -> float:
     """Return by how much T shifts squared frequencies of the lowest modes, over the shift by Kg and P.
 
     In each of the twelve unit fields the static deflection q0 changes the modal mass by ``2 q0_j T_iji``, of the rows
-    ``T (k, n, n)``; the affine part of that is included in every body (mass.py), so that only the rest counts. Fields
-    of acceleration and of rotation are compared with the largest shift of their kind.
+    ``T (k, n, n)``; what is `included` in the body (k, n, n), the affine part (mass.py) by default, does not count.
+    Fields of acceleration and of rotation are compared with the largest shift of their kind.
     """
     part = affine_part(body)
     m = len(T)
     load = np.concatenate([body.S, body.H.reshape(9, body.n)]).T
     q0 = np.divide(-load, body.K[:, None], out=np.zeros_like(load), where=body.K[:, None] > 0)
-    rest = T - np.einsum("ari,arjk->ijk", part.B[..., :m], part.Kg_p)
+    if included is None:
+        included = np.einsum("ari,arjk->ijk", part.B[..., :m], part.Kg_p)
+    rest = T - included
     shift = np.abs(2 * body.K[:m] * np.einsum("jk,iji->ki", q0, rest[:, :, :m]))
     Kg = np.concatenate([body.Kg_A, body.Kg_W.reshape(9, body.n, body.n)])
     own = np.abs(np.einsum("kii->ki", Kg[:, :m, :m]))

@@ -121,6 +121,11 @@ def lost_in(body: FlexibleBody, to: str) -> list[str]:
         )
     if EXPORTS[to].holds == HUB:
         said.append("it describes small motions of the root, without geometric stiffness and without other interfaces")
+    if body.stations is not None and EXPORTS[to].holds in (MOTION, MATRICES):
+        said.append(
+            "the stations of large_deflection have no place in this format: its reader moves the body by its modes "
+            "alone, which holds to about a tenth of its size"
+        )
     if body.T is not None and EXPORTS[to].holds in (MOTION, MATRICES):
         said.append(
             "the second order of the modal mass (T) has no place in this format: a body that bends under a steady load "

@@ -14,6 +14,7 @@ import numpy as np
 from modalprep.body.checks import check_identities
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery import DRIVES, Recovery
+from modalprep.body.stations.record import Stations
 from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
@@ -52,6 +53,16 @@ PER_CELL: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # optional: shap
     "volume": lambda c, n: (c,),
 }
 TEXTS = ("mode_names", "notes")  # optional
+STATIONS: dict[str, Callable[[int, int, int, int], tuple[int, ...]]] = {  # optional: N parts, n modes, k interfaces, m
+    "parent": lambda N, n, k, m: (N,),
+    "m": lambda N, n, k, m: (N,),
+    "centre": lambda N, n, k, m: (N, 3),
+    "E": lambda N, n, k, m: (N, 3, 3),
+    "S": lambda N, n, k, m: (N, 3, n),
+    "H": lambda N, n, k, m: (N, 3, 3, n),
+    "owner": lambda N, n, k, m: (k,),
+    "part": lambda N, n, k, m: (m,),
+}
 # Arrays of a recovery; all but q and axes may be missing.
 RECOVERED = ("q", "qdd", "loads", "axes", "position", "node", "cell")
 TABLE = np.dtype(
@@ -103,6 +114,8 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
             _store(file, "T", body.T)
         if np.any(body.truncation):
             _store(file, "truncation", body.truncation)
+        for name in STATIONS if body.stations else ():
+            _store(file, f"stations/{name}", getattr(body.stations, name))
         file["interface_name"] = np.array(body.interface_name, dtype=object)
         for name in TEXTS:
             if getattr(body, name):
@@ -246,6 +259,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         modal_mass=_array(file, "modal_mass", (n, n)) if "modal_mass" in file else None,
         T=_array(file, "T", (n, n, n)) if "T" in file else None,
         truncation=_array(file, "truncation", (n,)) if "truncation" in file else None,
+        stations=_stations(file, n, k, len(points)) if "stations" in file else None,
         **{name: _per_cell(file, name, cells, n) for name in PER_CELL},
         stress={name: _stress(file, name, n) for name in file.get("stress", ())},
         recovery={name: _recovery(file, f"recovery/{name}", n, k, len(points)) for name in file.get("recovery", ())},
@@ -261,6 +275,19 @@ def _read(file: h5py.File) -> FlexibleBody:
         provenance=dict(json.loads(file.attrs["inputs"])),
         **texts,
     )
+
+
+def _stations(file: h5py.File, n: int, k: int, points: int) -> Stations:
+    """Read the stations of a body that deflects far."""
+    N = len(file["stations/m"])
+    found = {name: _array(file, f"stations/{name}", shape(N, n, k, points)) for name, shape in STATIONS.items()}
+    for name, largest in {"parent": np.arange(N), "owner": N, "part": N}.items():
+        found[name] = found[name].astype(int)
+        if np.any(found[name] < -1) or np.any(found[name] >= largest):
+            raise InputError(f"stations/{name} names parts that are not there, or not before their own")
+    if not np.all(found["m"] > 0):
+        raise InputError("stations/m is not positive")
+    return Stations(**found)
 
 
 def _cells(file: h5py.File, kind: str, n_points: int) -> np.ndarray:

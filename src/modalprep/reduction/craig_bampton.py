@@ -14,6 +14,7 @@ from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
 from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, refuse_no_body, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.derivatives import derivative_loads
 from modalprep.reduction.notes import (
     completeness,
     fewer_modes,
@@ -26,12 +27,21 @@ from modalprep.reduction.participation import fixed_coupling, interface_shares, 
 from modalprep.reduction.recoveries.shares import Share, recovery_shares
 from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
 from modalprep.reduction.selection import recoveries_named, select
-from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, OF_INTERFACE, TRUNCATION, ModeTable
+from modalprep.reduction.table import (
+    CONSTRAINT,
+    DERIVATIVE_VECTORS,
+    DERIVATIVES,
+    DIRECTIONS,
+    FIXED,
+    OF_INTERFACE,
+    TRUNCATION,
+    ModeTable,
+)
 from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import refuse_unknown
 from modalprep.verdicts.notes import told
 
-VECTORS = 4  # copies of its basis that a reduction has at once beside a factor
+COPIES = 4  # copies of its basis that a reduction has at once beside a factor
 BUILT_IN = ("interfaces", "inertia")  # loads that every body has
 
 
@@ -87,6 +97,7 @@ def craig_bampton(
     truncation: Sequence[str] = ("interfaces", "inertia"),
     loads: Mapping[str, np.ndarray] | None = None,
     recovery: ModelRecovery | None = None,
+    derivatives: int = DERIVATIVE_VECTORS,
     solver: str = "auto",
     algebra: Algebra = DIRECT,
 ) -> Reduction:
@@ -101,14 +112,17 @@ def craig_bampton(
         Fixed-interface modes to compute as candidates.
     keep : str or list of int
         Which of them to keep (`selection.select`).
-    truncation : of {"interfaces", "inertia"} and the names of `loads`
+    truncation : of {"interfaces", "inertia", "derivatives"} and the names of `loads`
         Loads whose static response the basis represents exactly: forces and moments on the free interfaces, the twelve
-        inertia loads, user loads.
+        inertia loads, user loads; "derivatives" are what the softest shapes change to when they bend, for large
+        deflections (derivatives.py).
     loads : {name: (n_dof,) or (n_dof, k)}
         Nodal loads (`nodal_load`, `interface_load`) beside those of the model (``FEModel.loads``); their magnitude
         does not matter.
     recovery : ModelRecovery or None
         Quantities that `keep` may name; the reduction then has `spans`.
+    derivatives : int
+        Number of vectors of "derivatives", the most important ones.
     solver : {"auto", "in_memory", "single", "out_of_core", "superlu"}
         As `factorise` takes it.
     algebra : Algebra
@@ -129,7 +143,7 @@ def craig_bampton(
     References
     ----------
     R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968) 1313.
-    Theory 3.2 and 3.4.
+    Theory 3.2, 3.4 and 3.10.
 
     Examples
     --------
@@ -144,13 +158,16 @@ def craig_bampton(
     clamped = clamp(model, solver, algebra, columns=_columns(model, modes))
     F = _interior_loads(clamped, {**model.loads, **(loads or {})})
     for name in truncation:
-        refuse_unknown(name, F, "truncation_vectors: load")
+        refuse_unknown(name, (*F, DERIVATIVES), "truncation_vectors: load")
     w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)
     recovered = _recovered(clamped, w2, Phi, F, recovery, keep)
     table = _candidates(clamped, w2, Phi, keep, F, recovered)
     kept = Phi[:, table.kept]
-    wanted = _side_by_side(F, truncation)
+    wanted = _side_by_side(F, [name for name in truncation if name != DERIVATIVES])
     w2_t, X = truncation_vectors(clamped, wanted.force, w2[table.kept], kept, wanted.answer)
+    if DERIVATIVES in truncation:
+        wanted = _with_derivatives(clamped, kept, w2[table.kept], (w2_t, X), wanted, derivatives)
+        w2_t, X = truncation_vectors(clamped, wanted.force, w2[table.kept], kept, wanted.answer)
     notes = (
         *fewer_modes(len(w2), modes, FIXED),
         *completeness(w2, counted, FIXED),
@@ -167,9 +184,22 @@ def craig_bampton(
     return reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
 
 
+def _with_derivatives(
+    clamped: Clamped, kept: np.ndarray, w2: np.ndarray, found: tuple, wanted: InteriorLoads, count: int
+) -> InteriorLoads:
+    """Return the wanted loads with those of static derivatives of the basis that has been `found`."""
+    if count < 1:
+        raise InputError(f"derivatives = {count} must be at least 1; leave 'derivatives' out of truncation_vectors")
+    inside = np.concatenate([kept, found[1]], axis=1)
+    W = np.concatenate([clamped.constraint_shapes, clamped.expand(inside)], axis=1)
+    force, answer = derivative_loads(clamped, W, inside, np.concatenate([w2, found[0]]), count)
+    size = np.sqrt(np.einsum("ij,ij->j", wanted.force, wanted.answer).max(initial=0.0)) or 1.0  # of like energy
+    return InteriorLoads(np.hstack([wanted.force, size * force]), np.hstack([wanted.answer, size * answer]))
+
+
 def _columns(model: FEModel, modes: int) -> int:
     """Return about how many vectors of the size of the model there are at once besides the factor."""
-    return VECTORS * (min(modes, len(model.free)) + 12 + 6 * len(model.interfaces))
+    return COPIES * (min(modes, len(model.free)) + 12 + 6 * len(model.interfaces))
 
 
 def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, answers: np.ndarray) -> Spans:

@@ -143,7 +143,7 @@ def interface_boundaries(model: FEModel, truncation: Sequence[str]) -> tuple[str
             f"mixed interfaces: {', '.join(names['fixed'])} fixed, with constraint modes; {', '.join(names['free'])} "
             "free, moving with the modes"
         )
-    chosen = [name for name in truncation if name not in ("interfaces", "inertia")]
+    chosen = [name for name in truncation if name not in ("interfaces", "inertia", "derivatives")]
     if names["free"] and "interfaces" not in truncation and chosen:
         listed = ", ".join(names["free"])
         said.append(f"interface {listed} is free: static responses are exact for the loads {', '.join(chosen)} alone")

@@ -175,6 +175,8 @@ def reduced_body(body: AnyBody, projected: ProjectedBasis) -> AnyBody:
     changed |= {name: Y.T @ getattr(body, name) @ Y for name in ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")}
     if body.T is not None:
         changed["T"] = np.einsum("ijk,ix,jy,kz->xyz", body.T, Y, Y, Y, optimize=True)
+    if body.stations is not None:
+        changed["stations"] = body.stations.in_basis(Y)
     w = 2 * np.pi * projected.frequency
     damping = np.einsum("ij,i,ij->j", Y, body.D, Y)
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
 OF_INTERFACE = " of interface "  # in the reason of a constraint mode
+DERIVATIVES = "derivatives"  # of the softest shapes, among the loads of truncation vectors
+DERIVATIVE_VECTORS = 6  # of these, the most important combinations
 BODY = "body"  # of a target error: frequencies, static responses and compliance
 FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
@@ -188,6 +190,7 @@ class ModalBody(Protocol):
     shape: np.ndarray
     stress: dict[str, Any]
     recovery: dict[str, Any]
+    stations: Any
 
     @property
     def n(self) -> int:

@@ -42,6 +42,8 @@ WELL = (
     r"have incompatible modes here, and no hourglasses",
     r"elements of S4R are shells here",
     r"^by differences of ",
+    r"large deflections by \d+ stations along the ways from the root$",
+    r"stations leave about [^:]*$",
     r"^the stiffness was factorised: ",
 )
 P = ParamSpec("P")

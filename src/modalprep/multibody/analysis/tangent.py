@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eig
 
+from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.closure_tangent import Conditions, conditions, exerted
 from modalprep.multibody.analysis.differences import jacobian
@@ -24,6 +25,7 @@ from modalprep.multibody.analysis.tree_tangent import TreeTangent
 from modalprep.multibody.elements import registry
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
+from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.loads import called_forces
 
@@ -169,6 +171,21 @@ def _nothing(shape: tuple[int, ...]) -> np.ndarray:
     return np.broadcast_to(0.0, shape)
 
 
+def with_stations(system: System) -> bool:
+    """Whether a body of the system has stations, whose derivatives are found by differences.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.model.system import System
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> with_stations(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,)))
+    False
+    """
+    return any(body.stations is not None for body in system.bodies.values())
+
+
 class SystemTangent:
     """The exact derivatives of the inverse dynamics of a system about the state of a chart (theory 5.8).
 
@@ -180,6 +197,11 @@ class SystemTangent:
         Accelerations.
     moving : bool
         Whether prescribed hinges move; otherwise they are held where they are.
+
+    Raises
+    ------
+    InputError
+        When a body has stations.
 
     Attributes
     ----------
@@ -193,6 +215,8 @@ class SystemTangent:
 
     def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True) -> None:
         self.chart, evaluator = chart, chart.evaluator
+        for name, body in evaluator.system.bodies.items():
+            refuse_stations(f"an exact derivative of the equations of motion (body {name!r})", body.stations)
         loading = evaluator.loading
         required = self._required(udot, moving)
         self.motion = loading.motion.copy()

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.compiler.by_address import by_address
+from modalprep.multibody.kernels.stations.data import Parts, PartsData, parts_data
 
 UNIT, AFFINE, GROWS = range(3)  # `modal_mass` of a link: 1 throughout; geometric stiffness or another fill; T
 
@@ -41,6 +42,7 @@ LINK = np.dtype(
         ("kind", np.int64),  # row in `Modal`, -1 rigid
         ("slot", np.int64),  # row in `ModalData`, -1 rigid
         ("modal_mass", np.int64),  # UNIT, AFFINE or GROWS
+        ("stations", np.int64),  # first row in `PartsData` of a body with stations, else -1
         ("body", np.int64),  # in the system's order, -1 none
         ("phi", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
         ("first_interface", np.int64),  # row of `Model.interfaces`
@@ -109,6 +111,7 @@ class Modal(NamedTuple):
     Phi: np.ndarray  # (interfaces, 6, N) phi (3), psi (3) at q = 0
     Kg_FT: np.ndarray  # (interfaces, N, 6, N) Kg_F (3), Kg_T (3)
     arm: np.ndarray  # (interfaces, 3) `strain_arms` of body/line.py
+    parts: Parts  # of bodies with stations, whose p0, B are zero and Kg_p, Kg_FT what the stations leave
 
 
 @by_address
@@ -164,6 +167,7 @@ class ModalData(NamedTuple):
     # workspace of one interface
     I_Phi: np.ndarray  # (6, N) inertia that it carries times its Phi
     Kg_FT_qd: np.ndarray  # (6, N) Kg_F q', Kg_T q'
+    parts: PartsData  # of bodies with stations
 
 
 @by_address
@@ -217,4 +221,5 @@ def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
         **dict.fromkeys(("eta_bias", "eta_force", "row"), (with_T,)),
         **dict.fromkeys(("I_Phi", "Kg_FT_qd"), (6, N)),
     }
-    return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()})
+    parts = parts_data(int(modal.parts.number[model.links["kind"][model.links["stations"] >= 0]].sum()), N)
+    return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()}, parts=parts)

@@ -44,19 +44,26 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.data import GROWS, UNIT
 from modalprep.multibody.kernels.modal_mass import add_second_order, apply_slopes, rest_coordinates
+from modalprep.multibody.kernels.stations.inertia import own_stations
+from modalprep.multibody.kernels.stations.motion import move_parts
 
 shortening, swing = compile_inline(line.shortening), compile_inline(line.swing)
 
 
 @compile_inline
 def modal_coordinates(modal, model, i, y):
-    """Copy the modal coordinates of link i's body and their rates from a state; `modal` may be None."""
+    """Copy the modal coordinates of link i's body and their rates from a state, and move its stations.
+
+    `modal` may be None.
+    """
     if modal is not None:
         s = model.links[i].slot
         if s >= 0:
             for a in range(model.links[i].modes):
                 modal.q[s, a] = y[model.links[i].xq + a]
                 modal.qd[s, a] = y[model.nx + model.links[i].uq + a]
+            if model.links[i].stations >= 0:
+                move_parts(modal, model, i)
 
 
 @compile_inline
@@ -95,6 +102,10 @@ def own_flexible(modal, model, data, i):
     The affine coordinate p_r moves as a point: its acceleration where A, alpha and q'' are zero is
     ``f_r = w x (w x p_r) + 2 w x p_r' + p_r''``.
     """
+    if model.links[i].stations >= 0:
+        deflect(modal, model, i)
+        own_stations(model, data, i)
+        return
     deflect(modal, model, i)
     k = model.links[i].kind
     n = model.links[i].modes

@@ -42,11 +42,13 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
     get_angular,
     put6,
+    sub3,
     sub6,
     take3,
 )
 from modalprep.multibody.kernels.data import UNIT
 from modalprep.multibody.kernels.modal_inertia import shortening, swing
+from modalprep.multibody.kernels.stations.interfaces import station_node
 
 
 @compile_inline
@@ -125,8 +127,11 @@ def node_motion(modal, model, data, p, node, slot, arm):
     Returns the position, the rotation of the node, its rotation vector ``psi q`` and the s of its Cayley map, the
     elastic velocity and spin, and the acceleration (linear, angular) where A and q'' are zero.
     """
-    moved, rates, second = node_shape(modal, model, p, node, slot)
     w = get3(data.links[p].omega)
+    if model.links[p].stations >= 0:
+        r, R, v, t, linear, angular = station_node(modal, model, p, node, slot, w)
+        return r, R, ZERO3, 1.0, v, t, linear, angular  # Phi is turned already: `turn_shape` of no turn changes nothing
+    moved, rates, second = node_shape(modal, model, p, node, slot)
     turn, turning = (moved[3], moved[4], moved[5]), (rates[3], rates[4], rates[5])
     x = half_tangent(turn)
     xd = half_tangent_rate(turn, turning)
@@ -220,6 +225,9 @@ def _deflected_node(model, data, link, node, r):
 def deflection(modal, model, link, node):
     """Displacement of an interface of a link's body by its modes, link's axes."""
     if modal is not None:
+        if model.links[link].stations >= 0:
+            r, _, _, _, _, _ = station_node(modal, model, link, node, len(modal.Phi) - 1, ZERO3)
+            return sub3(r, get3(model.interfaces[model.links[link].first_interface + node]))
         if model.links[link].slot >= 0:
             u, _, _ = node_shape(modal, model, link, node, len(modal.Phi) - 1)
             return u[0], u[1], u[2]

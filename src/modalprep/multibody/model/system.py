@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.stations.record import refuse_stations
 from modalprep.drawing import Animated
 from modalprep.errors import InputError
 from modalprep.multibody.model.constraints import Closure, Coupler, check_closures
@@ -18,13 +19,14 @@ from modalprep.multibody.model.depletion import Depletion, check_depletions
 from modalprep.multibody.model.environment import CentralGravity, Conductor, Orbit
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import SCALARS
-from modalprep.multibody.model.loads import Load, check_loads, locate
+from modalprep.multibody.model.loads import Callback, Load, PointForce, TwoEnded, check_loads, locate
 from modalprep.notebook import html_table
 from modalprep.records import Record, by_name, given, several
 from modalprep.suggest import refuse_name, refuse_other, refuse_unknown
 from modalprep.vectors import vector
 from modalprep.verdicts.notes import with_warnings
 
+ON_INTERFACES = (PointForce, TwoEnded, Callback)  # loads that act on interfaces alone
 LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
 
 
@@ -100,6 +102,7 @@ class System(Record, Animated):
             object.__setattr__(self, "bodies", self.bodies | plain)
             object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
+        self._refuse_with_stations()
 
     def __repr__(self) -> str:
         """Numbers of bodies, joints, loads and closures, and the number of modes."""
@@ -145,6 +148,18 @@ class System(Record, Animated):
             raise InputError(f"conductor {conductors[0]!r} needs a magnetic field: an orbit with a dipole")
         if self.orbit and (self.gravity.any() or any(isinstance(load, CentralGravity) for load in self.loads)):
             raise InputError("a system in orbit has the gravity of its orbit; leave out any other")
+
+    def _refuse_with_stations(self) -> None:
+        """Refuse what does not know bodies of large deflection."""
+        for name, body in self.bodies.items():
+            if self.orbit:
+                refuse_stations(f"the orbit of body {name!r}", body.stations)
+            for each in (each for each in self.depletions if each.body == name):
+                refuse_stations(f"a depletion of body {each.body!r}", body.stations)
+            for load in self.loads:
+                if not isinstance(load, ON_INTERFACES) and getattr(load, "body", name) == name:
+                    what = getattr(load, "name", "central gravity")
+                    refuse_stations(f"load {what!r} on body {name!r}", body.stations)
 
     def _refuse_other_frame(self, joint: Joint) -> None:
         body = self.bodies[self.child(joint)]

@@ -9,8 +9,11 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.line import strain_arms
 from modalprep.body.mass import affine_part
+from modalprep.body.stations.second_order import station_body
 from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.data import EPSILON, Integrals, Modal
+from modalprep.multibody.kernels.stations.data import Parts
+from modalprep.multibody.packing.stations import packed_parts
 
 UPPER = np.triu_indices(3)
 
@@ -71,7 +74,8 @@ class Bodies:
         N = max(body.n for body, _ in self.flexible)
         N += -N % WIDTH
         first = {kind: node for node, kind in self.found.values()}
-        found = _empty(len(self.flexible), self.count, N, any(body.T is not None for body, _ in self.flexible))
+        parts = packed_parts(self.flexible, first, self.count, N)
+        found = _empty(len(self.flexible), self.count, N, any(body.T is not None for body, _ in self.flexible), parts)
         for k, (body, align) in enumerate(self.flexible):
             integrals, constants, of_interfaces = _modes(body, align)
             nodes = slice(first[k], first[k] + len(body.interface_name))
@@ -81,7 +85,7 @@ class Bodies:
         return found
 
 
-def _empty(kinds: int, interfaces: int, N: int, with_T: bool) -> Modal:
+def _empty(kinds: int, interfaces: int, N: int, with_T: bool, parts: Parts) -> Modal:
     """Return zeros in place of all constants."""
     shapes = {
         "p0": (12,),
@@ -97,7 +101,7 @@ def _empty(kinds: int, interfaces: int, N: int, with_T: bool) -> Modal:
     c = np.zeros((kinds, *(3 * (N * with_T,))))
     of_interfaces = {"Phi": (6, N), "Kg_FT": (N, 6, N), "arm": (3,)}
     nodes = {name: np.zeros((interfaces, *shape)) for name, shape in of_interfaces.items()}
-    return Modal(integrals, np.zeros((kinds, N)), np.zeros((kinds, N)), c, **nodes)
+    return Modal(integrals, np.zeros((kinds, N)), np.zeros((kinds, N)), c, **nodes, parts=parts)
 
 
 def _fill(record: Integrals | Modal, row: int | slice, values: dict[str, np.ndarray]) -> None:
@@ -110,10 +114,11 @@ def _fill(record: Integrals | Modal, row: int | slice, values: dict[str, np.ndar
 def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[dict, dict, dict]:
     """Return the fields of `Integrals`, of `Modal` by body and by interface of one body, its axes turned by Q."""
     n = body.n
-    part = affine_part(body)
+    rest = station_body(body) if body.stations else None
+    part = rest.affine if rest else affine_part(body)
     B, Kg_p = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.B, part.Kg_p))
     P_rest = np.einsum("abij,ac,bd->jcdi", part.P_rest, Q, Q)
-    Kg_F, Kg_T = (Q.T @ x.transpose(0, 3, 1, 2) for x in (body.Kg_F, body.Kg_T))
+    Kg_F, Kg_T = (Q.T @ x.transpose(0, 3, 1, 2) for x in ((rest.Kg_F, rest.Kg_T) if rest else (body.Kg_F, body.Kg_T)))
     integrals = {
         "p0": (part.p0.T @ Q).ravel(),
         "strain": (part.strain.T @ Q).ravel(),

@@ -12,7 +12,8 @@ from weakref import finalize
 import numpy as np
 
 from modalprep.compiler.by_address import Pattern
-from modalprep.multibody.kernels.data import Data, Integrals, ModalData, Model, new_data
+from modalprep.errors import InputError
+from modalprep.multibody.kernels.data import Data, ModalData, Model, new_data
 from modalprep.multibody.kernels.tangents.data import Modes, Sweep, new_sweep
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
@@ -141,20 +142,35 @@ class Packed:
 
     def data(self) -> Data:
         """Return new data."""
-        links, modal, integrals = self._data
+        links, modal, parts = self._data
         if modal is None:
             return links.copy()
-        return links.copy(modal=modal.copy(integrals=integrals.copy()) if integrals else modal.copy())
+        own = {name: part.copy() for name, part in parts.items()}
+        return links.copy(modal=modal.copy(**own))
 
     @cached_property
-    def _data(self) -> tuple[Pattern[Data], Pattern[ModalData] | None, Pattern[Integrals] | None]:
-        """Patterns of the data, those of the modes and, where bodies lose mass, those of their integrals."""
+    def _data(self) -> tuple[Pattern[Data], Pattern[ModalData] | None, dict[str, Pattern]]:
+        """Patterns of the data, of those of the modes and of its records, where bodies lose mass or have stations."""
         new = new_data(self.model, depleting=self.depleting)
-        integrals = Pattern(new.modal.integrals) if new.modal and self.depleting else None
-        return Pattern(new), Pattern(new.modal) if new.modal else None, integrals
+        if new.modal is None:
+            return Pattern(new), None, {}
+        records = {"integrals": self.depleting, "parts": np.any(self.model.links["stations"] >= 0)}
+        parts = {name: Pattern(getattr(new.modal, name)) for name, own in records.items() if own}
+        return Pattern(new), Pattern(new.modal), parts
 
     def sweep(self) -> Sweep:
-        """Return new work of the derivatives of the inverse dynamics."""
+        """Return new work of the derivatives of the inverse dynamics.
+
+        Raises
+        ------
+        InputError
+            When a body has stations, whose derivatives are not known.
+        """
+        if np.any(self.model.links["stations"] >= 0):
+            raise InputError(
+                "exact derivatives of the equations of motion do not know bodies of stations (large_deflection) yet; "
+                "build them with large_deflection = false"
+            )
         sweep, modes, parts = self._sweep
         if modes is None:
             return sweep.copy()

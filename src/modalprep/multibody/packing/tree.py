@@ -286,7 +286,7 @@ def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> B
     """Write the masses of the links, and return the distinct bodies."""
     bodies = Bodies()
     depleted = {each.body for each in system.depletions}
-    rows["kind"] = rows["first_interface"] = -1
+    rows["kind"] = rows["first_interface"] = rows["stations"] = -1
     names = {i: link.body for i, link in enumerate(links) if link.body}
     carriers = np.array(list(names))
     aligns = rows["align"][carriers].reshape(-1, 3, 3)
@@ -295,6 +295,8 @@ def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> B
     rows["modal_mass"][carriers] = [_modal_mass(*pair) for pair in zip(carried, owners, strict=True)]
     found = [bodies.add(*each) for each in zip(carried, aligns, _keys(aligns), owners, strict=True)]
     rows["first_interface"][carriers], rows["kind"][carriers] = np.transpose(found)
+    counts = np.array([len(body.stations) if body.stations else 0 for body in carried])
+    rows["stations"][carriers] = np.where(counts, np.cumsum(counts) - counts, -1)
     for name, values in zip(("mass", "first_moment", "inertia"), rigid_constants(carried, aligns), strict=True):
         rows[name][carriers] = values
     return bodies
@@ -303,7 +305,7 @@ def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> B
 def _modal_mass(body: FlexibleBody, owner: str) -> int:
     if body.T is not None:
         return GROWS
-    return AFFINE if owner or body.has_geometric_stiffness or not body.normalised else UNIT
+    return AFFINE if owner or body.stations or body.has_geometric_stiffness or not body.normalised else UNIT
 
 
 def _keys(aligns: np.ndarray) -> list[bytes]:

@@ -20,6 +20,7 @@ from modalprep.multibody.model.joint_types import KINDS, PRESCRIBED
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.reference.stations import station_equations, station_node
 from modalprep.vectors import cross, on_both, skew
 
 AXIS = np.array([0, 0, 1.0])
@@ -39,6 +40,8 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     >>> round(float(M[0, 0]), 9), float(abs(b).max())
     (12.0, 0.0)
     """
+    if body.stations:
+        return station_equations(body, V, q, qd)
     part = affine_part(body)
     at = deflected(part, q)
     w = V[3:]
@@ -66,6 +69,8 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
     velocity, and the acceleration when A and q'' are zero. The rotation vector is ``psi q`` to the fourth order: R is
     the Cayley map of ``(1 + v.v / 12) v``, with ``v = psi q``, and has no singularity.
     """
+    if body.stations:
+        return station_node(body, k, w, q, qd)
     u, translation, third = _translation(body, k, q, qd)
     v = body.psi[k] @ q - 0.5 * (body.Kg_T[k] @ q) @ q
     r = body.interface_position[k] + u

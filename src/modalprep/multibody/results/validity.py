@@ -6,14 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from modalprep.body.deflection import mesh_at
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import deflected_points
+from modalprep.body.stations.error import station_error
 from modalprep.multibody.results.result import Result
 from modalprep.verdicts.notes import warnings_of
 from modalprep.verdicts.verdict import FAILED, PASSED, UNCHECKED, Requirement
 
 BEYOND = 0.1  # of the body's size: displacements linear in the modes, and their second order, hold to about that
 TURNED = 0.3  # rad, within a body: what is there moves 1.7 % too far, as the sine of the angle is its angle
+PRECISE = 0.01  # of the body's size: the most that stations may leave
 LOOKED_AT = 200  # times of the largest bounds, at which the displacement of every node is computed
 AUDIT = 1000  # times rtol: a balance that is worse fails the run; most are better than rtol
 MOMENTUM = 100  # likewise of momenta, which all methods keep exactly, but not free flight in other variables
@@ -62,8 +64,11 @@ def large_deflections(
     --------
     >>> from modalprep.examples import uniform_beam
     >>> modal = {"arm": np.array([[0.0], [8.0]])}
-    >>> for note in large_deflections({"arm": uniform_beam(modes=1)}, np.array([0.0, 2.0]), modal): print(note)
-    body 'arm' deflects by 4.54 m at t = 2 s, 45 % of its size: above 10 % the theory is not valid; use several bodies
+    >>> note = large_deflections({"arm": uniform_beam(modes=1)}, np.array([0.0, 2.0]), modal)[0]
+    >>> note.partition(": ")[0]
+    "body 'arm' deflects by 4.54 m at t = 2 s, 45 % of its size"
+    >>> note.partition(": ")[2]
+    'above 10 % the theory is not valid; use several bodies or stations'
     """
     bent = {name: (body, np.asarray(modal[name])) for name, body in bodies.items() if body.n}
     found = (_note(name, body, time, q) or _turned(name, body, time, q) for name, (body, q) in bent.items())
@@ -76,16 +81,25 @@ def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str
     rows = _largest(q, each * np.sqrt(3), BEYOND * size)
     if not len(rows):
         return ""
-    reach = np.linalg.norm(deflected_points(body, q[rows]) - body.points, axis=2).max(axis=1, initial=0.0)
+    reach = np.linalg.norm(mesh_at(body, q[rows]) - body.points, axis=2).max(axis=1, initial=0.0)
     if not reach.max(initial=0.0) > BEYOND * size > 0:
         return ""
     at = int(np.argmax(reach))
     share = 100 * reach[at] / size
-    where = f"{reach[at]:.3g} m at t = {time[rows[at]]:.4g} s"
+    where = f"{reach[at]:.3g} m at t = {time[rows[at]]:.4g} s, {share:.0f} % of its size"
+    if body.stations:
+        return f"body {name!r} deflects by {where}: {_left(body, q[rows[at]], size)}"
     return (
-        f"body {name!r} deflects by {where}, {share:.0f} % of its size: above {100 * BEYOND:.0f} % the theory is not "
-        "valid; use several bodies"
+        f"body {name!r} deflects by {where}: above {100 * BEYOND:.0f} % the theory is not "
+        "valid; use several bodies or stations"
     )
+
+
+def _left(body: FlexibleBody, q: np.ndarray, size: float) -> str:
+    """Return what the stations of a body leave, and where that is much, what to do."""
+    error = float(station_error(body, q[None])[0])
+    said = f"its {len(body.stations or ())} stations leave about {error:.1g} m of it, {100 * error / size:.1g} %"
+    return said + (f", more than {PRECISE:.0%}: take more stations" if error > PRECISE * size else "")
 
 
 def _largest(q: np.ndarray, each: np.ndarray, limit: float) -> np.ndarray:
@@ -103,6 +117,8 @@ def _turned(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> s
     A shaft twisted by 0.3, 0.6 and 1 rad moves the end of an arm 1.7, 5.5 and 15 % too far: about the angle's square
     over six.
     """
+    if body.stations:
+        return ""
     rows = _largest(q, np.sqrt((body.psi**2).sum(axis=1)).max(axis=0, initial=0.0), TURNED)
     if not len(rows):
         return ""
@@ -114,7 +130,8 @@ def _turned(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> s
     where = f"at {body.interface_name[k]!r} at t = {time[rows[at]]:.4g} s"
     return (
         f"body {name!r} turns within itself by {most:.2g} rad {where}, so that an arm there moves about "
-        f"{100 * most**2 / 6:.0f} % too far: above {TURNED:g} rad the theory is not valid; use several bodies"
+        f"{100 * most**2 / 6:.0f} % too far: above {TURNED:g} rad the theory is not valid; use several bodies or "
+        "stations"
     )
 
 

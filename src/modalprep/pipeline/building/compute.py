@@ -80,6 +80,7 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
             stress=stress,
             recovery=recovery,
             second_order_mass=pipeline.reduction.second_order_mass,
+            stations=pipeline.reduction.parts,
             provenance=inputs(source),
         )
         damping = target_damping(pipeline.reduction.damping)

@@ -27,6 +27,7 @@ from modalprep.reduction.free_interface_basis import free_interface, improved_gu
 from modalprep.reduction.loads import Load, nodal_load
 from modalprep.reduction.notes import dropped_in_band
 from modalprep.reduction.recoveries.convergence import Asked
+from modalprep.reduction.table import DERIVATIVE_VECTORS, DERIVATIVES
 from modalprep.response.modal import unit_inputs
 from modalprep.response.random import find_band
 from modalprep.response.validity import highest_mode
@@ -77,7 +78,9 @@ def _basis(
             return improved_guyan(model, **how)
         case "free_interface":
             return free_interface(model, keep=table.keep, **common)
-    return craig_bampton(model, keep=table.keep, truncation=table.truncation_vectors, loads=loads, **common)
+    if DERIVATIVES in table.truncation:
+        common["derivatives"] = table.derivatives or DERIVATIVE_VECTORS
+    return craig_bampton(model, keep=table.keep, truncation=table.truncation, loads=loads, **common)
 
 
 def _statement(error: ReductionError) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.applies import Rule
+from modalprep.body.stations.number import stations_for
 from modalprep.linalg.solvers import Solver
 from modalprep.pipeline.schema.base import BodyName, DeckName, OneOf, Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
@@ -25,7 +26,7 @@ from modalprep.pipeline.schema.quantities import (
     Three,
 )
 from modalprep.reduction.selection import recoveries_named
-from modalprep.reduction.table import BODY, DIRECTIONS
+from modalprep.reduction.table import BODY, DERIVATIVE_VECTORS, DERIVATIVES, DIRECTIONS
 from modalprep.vectors import as_rotation
 
 Ratio = Annotated[float, Field(ge=0)]
@@ -69,7 +70,8 @@ class ReductionTable(Table):
 
     applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("modes", "keep", "target_error"), needs=("method",), among=("craig_bampton", "free_interface")),
-        Rule(("truncation_vectors",), needs=("method",), among=("craig_bampton",)),
+        Rule(("truncation_vectors", "large_deflection"), needs=("method",), among=("craig_bampton",)),
+        Rule(("reach", "deflection_error", "stations", "derivatives"), needs=("large_deflection",), among=(True,)),
     )
 
     method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
@@ -94,7 +96,30 @@ class ReductionTable(Table):
     )
     truncation_vectors: list[str] = Field(
         default=["interfaces", "inertia"],
-        description="loads whose static response remains exact: interfaces (free ones), inertia, names of [loads]",
+        description="loads whose static response remains exact: interfaces (free ones), inertia, names of [loads]; "
+        "derivatives: what the softest shapes change to when they bend, which large_deflection adds",
+    )
+    large_deflection: bool = Field(
+        default=False,
+        description="move the body by stations, frames of its parts, which hold for deflections up to its length; "
+        "without, the modes alone move it, to about a tenth of its size",
+    )
+    reach: float = Field(
+        default=0.4,
+        gt=0,
+        le=1,
+        description="largest deflection over the length of the body, from which stations follow",
+    )
+    deflection_error: Share = Field(
+        default=1e-4, gt=0, lt=1, description="of the place of its end at that reach, over the length of the body"
+    )
+    stations: int | None = Field(
+        default=None, ge=2, description="parts along each way from the root, instead of reach and deflection_error"
+    )
+    derivatives: int = Field(
+        default=DERIVATIVE_VECTORS,
+        ge=0,
+        description="number of vectors that large_deflection adds: the most important derivatives",
     )
     second_order_mass: bool | Literal["auto"] = Field(
         default="auto",
@@ -115,6 +140,19 @@ class ReductionTable(Table):
         if self.target_error is not None and self.up_to is None:
             raise ValueError("target_error needs up_to, the frequency (Hz) below which it applies")
         return self
+
+    @property
+    def truncation(self) -> list[str]:
+        """The loads of truncation vectors, with the derivatives that large deflections need."""
+        more = [DERIVATIVES] if self.large_deflection and self.derivatives else []
+        return [*self.truncation_vectors, *(name for name in more if name not in self.truncation_vectors)]
+
+    @property
+    def parts(self) -> int:
+        """The number of stations along each way from the root, 0 without."""
+        if not self.large_deflection:
+            return 0
+        return self.stations or stations_for(self.reach, self.deflection_error)
 
     @property
     def limits(self) -> dict[str, float]:

@@ -37,7 +37,7 @@ def describe_body(body: FlexibleBody) -> list[str]:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> describe_body(uniform_beam(modes=2))[-1]
-    'Its deflections may reach about 1 m, a tenth of its size; beyond, use several bodies.'
+    'Its deflections may reach about 1 m, a tenth of its size; beyond, use several bodies or stations.'
     """
     found = [_what(body)]
     if body.n:
@@ -118,7 +118,10 @@ def _reach(body: FlexibleBody) -> str:
     size = float(np.ptp(np.concatenate([body.points, body.interface_position]), axis=0).max())
     if not body.n:
         return "It is rigid."
-    return f"Its deflections may reach about {BEYOND * size:.2g} m, a tenth of its size; beyond, use several bodies."
+    if body.stations:
+        return f"Its {len(body.stations)} stations let it deflect by up to its size; a run says what error they leave."
+    reach = f"{BEYOND * size:.2g} m, a tenth of its size"
+    return f"Its deflections may reach about {reach}; beyond, use several bodies or stations."
 
 
 def distrust(reasons: Sequence[str]) -> list[str]:

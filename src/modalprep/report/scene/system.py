@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from modalprep.body.deflection import mesh_at
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import deflected_points
 from modalprep.errors import InputError
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.loads import GROUND
@@ -87,7 +87,7 @@ class SystemScene:
         body = self.bodies[name]
         if not body.n:
             return np.zeros((len(self.result.time), *body.points.shape))
-        return deflected_points(body, self.result[f"{name}.modal"]) - body.points
+        return mesh_at(body, self.result[f"{name}.modal"]) - body.points
 
     def _amount(self, name: str, k: int) -> np.ndarray | None:
         """Value of each mesh point of a body at a row of the result (n_points,), for its colour; None: grey."""

@@ -1,0 +1,1 @@
+"""Bodies with stations in the kernels: theory 4.10."""
