@@ -244,6 +244,24 @@ def test_a_run_goes_on_where_another_ended(arm):
     assert rest.stats["energy_error"] < 1e-4
 
 
+@pytest.mark.parametrize("method", ["explicit", "rosenbrock", "generalised_alpha"])
+def test_another_system_begins_where_a_run_ended(method):
+    """A torque that was not there before does nothing to the time that is past: 50 N m on 1 kg m^2 from there on."""
+    wheel = rigid("wheel", {"root": (0, 0, 0)})
+
+    def spun(torque):
+        drive = mp.multibody.HingeElement(drive=torque)
+        joint = mp.Joint(name="j", type="revolute", parent="ground", child="wheel", rate=1.0, elements=drive)
+        return mp.System(bodies={"wheel": wheel}, joints=(joint,))
+
+    first = mp.simulate(spun("0.1*sin(t)"), t_end=0.7, method=method)
+    rest = mp.simulate(spun("50"), t_end=1.2, start=first, method=method)
+    begin = first["j.rate"][-1]
+    assert rest["j.rate"][0] == begin
+    assert rest["j.rate"][-1] == pytest.approx(begin + 0.5 * 50.0, rel=1e-9)
+    assert rest["j.angle"][-1] - first["j.angle"][-1] == pytest.approx(0.5 * begin + 0.5**2 / 2 * 50.0, rel=1e-6)
+
+
 def test_functions_of_time_go_on_too():
     wheel = rigid("wheel", {"root": (0, 0, 0)})
     law = TimeFunction("100*(t - 0.5)**2")

@@ -51,6 +51,7 @@ NAMES = {
 EVALUATIONS_OF_A_STEP = 5  # about
 LEAST_DEFLECTION = driver.LEAST_DEFLECTION[EXPLICIT]
 DAMPED = 0.8  # of the longest stable step: a shorter one damps the vibrations of round-off
+OTHERS = 1e-6  # of the largest derivative: by more, the run before was of other equations
 FINEST = 1e-3  # of the size by which deflections are measured of a start without deflection
 Record = Callable[[np.ndarray, np.ndarray], None]
 
@@ -350,9 +351,22 @@ class Integration:
             raise failure(self, begin)
         if begin == self.loading.stretches[0][0]:
             self.first = self.steps.ydot.copy()
-            go_on(self.steps, self._given, self.choice.name, self._longest)
+            if self._given and self._continues(begin, end):
+                go_on(self.steps, self._given, self.choice.name, self._longest)
             if self.events:
                 self.search.start(begin)
+
+    def _continues(self, begin: float, end: float) -> bool:
+        """Whether the steps of the run before are of these equations: where they were kept the derivative is the same."""
+        kept, y = self._given, self.steps.y.copy()
+        if kept["y"].shape != y.shape:
+            return False
+        self.steps.y[:] = kept["y"]
+        self._start(self.choice.method, float(kept["time"]), end)
+        off = float(np.abs(self.steps.ydot - kept["ydot"]).max(initial=0.0))
+        self.steps.y[:] = y
+        self._start(self.choice.method, begin, end)
+        return off <= OTHERS * float(np.abs(kept["ydot"]).max(initial=0.0))
 
     def _change(self, record: Record, end: float) -> bool:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
