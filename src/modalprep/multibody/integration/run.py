@@ -357,7 +357,7 @@ class Integration:
                 self.search.start(begin)
 
     def _continues(self, begin: float, end: float) -> bool:
-        """Whether the steps of the run before are of these equations: where they were kept the derivative is the same."""
+        """Whether the steps of the run before are of these equations: the derivative where they end is the same."""
         kept, y = self._given, self.steps.y.copy()
         if kept["y"].shape != y.shape:
             return False
