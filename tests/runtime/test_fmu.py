@@ -13,7 +13,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.errors import InputError
-from modalprep.examples import small_systems, uniform_beam
+from modalprep.examples import large_cantilever, small_systems, uniform_beam
 from modalprep.multibody.model.constraints import Closure
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.joint_element import HingeElement
@@ -393,6 +393,13 @@ def test_wrong_calls_are_errors_with_a_sentence(instance):
     model.write_bytes(model.read_bytes()[:-8])
     assert instance.new() is None
     assert "damaged" in instance.said[-1]
+
+
+def test_bodies_that_deflect_far_are_refused(tmp_path):
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", axis=(0, 1, 0))
+    system = mp.System(bodies={"beam": large_cantilever(modes=1, stations=2)}, joints=(hinge,))
+    with pytest.raises(mp.InputError, match="an FMU with body 'beam' does not work with a body of stations"):
+        write_fmu(system, tmp_path / "beam.fmu", t_end=1.0)
 
 
 def test_what_an_fmu_cannot_carry_is_refused(tmp_path):

@@ -30,7 +30,7 @@ from modalprep.runtime.indicators import COLUMN, COORDINATE, Code, Indicator, Un
 from modalprep.runtime.kinds import kind_of
 from modalprep.runtime.nominals import nominals
 from modalprep.runtime.places import WORD, Place, Places
-from modalprep.runtime.refusals import refuse_changes, refuse_python
+from modalprep.runtime.refusals import refuse_changes, refuse_far_deflections, refuse_python
 from modalprep.runtime.roots import Outside
 from modalprep.runtime.units import RATE_OF, about_channel, unit_of
 
@@ -118,6 +118,7 @@ def model_of(
         When the system has what an FMU cannot carry.
     """
     refuse_python(system)
+    refuse_far_deflections(system)
     refuse_changes(events)
     state = started(system, start, period)
     moved = with_inputs(system)

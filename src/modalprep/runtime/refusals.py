@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import InputError
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.loads import Callback
@@ -19,6 +20,12 @@ def refuse_python(system: System) -> None:
                 "give the joint or the force that it drives a number, which becomes an input, and put the controller "
                 "into the importing program"
             )
+
+
+def refuse_far_deflections(system: System) -> None:
+    """Refuse a system with a body of stations."""
+    for name, body in system.bodies.items():
+        refuse_stations(f"an FMU with body {name!r}", body.stations)
 
 
 def refuse_changes(events: Sequence[Event]) -> None:
