@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import InputError
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.loads import Callback
@@ -25,7 +24,10 @@ def refuse_python(system: System) -> None:
 def refuse_far_deflections(system: System) -> None:
     """Refuse a system with a body of stations."""
     for name, body in system.bodies.items():
-        refuse_stations(f"an FMU with body {name!r}", body.stations)
+        if body.stations is not None:
+            raise InputError(
+                f"an FMU cannot carry body {name!r}, which has stations; build it with large_deflection = false"
+            )
 
 
 def refuse_changes(events: Sequence[Event]) -> None:
