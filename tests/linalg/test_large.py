@@ -78,7 +78,7 @@ def test_modes_that_no_factor_counts_are_not_claimed(beam, monkeypatch):
     K = clamp(beam).K_ii
     exact = craig_bampton(beam, modes=8).frequency
     between = 0.75 * PardisoFactor(K).forecast.memory / GIB
-    monkeypatch.setattr("modalprep.reduction.craig_bampton.VECTORS", 0)  # memory that is kept for the basis
+    monkeypatch.setattr("modalprep.reduction.craig_bampton.COPIES", 0)  # memory that is kept for the basis
     monkeypatch.setenv(BUDGET, str(between))
     monkeypatch.setattr(factor, "module", lambda: None)  # MUMPS would count them on disk
     found = craig_bampton(beam, modes=8)
