@@ -222,7 +222,7 @@ def export(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Write a body or a system for another program, or a system as an FMU."""
+    """Write a body or a system for another program, or as an FMU."""
     if to == "fmu":
         _refuse_given("fmu", dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
         _export_fmu(

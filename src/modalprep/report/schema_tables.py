@@ -16,6 +16,7 @@ from modalprep.suggest import suggestion
 
 BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
 WORDS = {"string": "text", "number": "number", "integer": "integer", "boolean": "true or false"}
+SLIP = 0.7  # likeness to a key, from which a name is taken for a slip; difflib takes "hinge" for "range" at 0.6
 Node = Mapping[str, Any]  # a part of a JSON schema
 
 
@@ -113,7 +114,7 @@ def find_part(schema: Node, path: str) -> Node:
             kind = table["properties"].get("type", {})
             types = kind.get("enum", [kind["const"]] if "const" in kind else [])
             known |= table["properties"] | dict.fromkeys(types, table)
-        if not (named and step not in known and not get_close_matches(step, known)):  # a name that a user chooses
+        if not (named and step not in known and not get_close_matches(step, known, cutoff=SLIP)):  # a name that a user chooses
             part = _step(path, known, step)
     return part
 

@@ -209,7 +209,7 @@ def test_external_superelements_of_nastran(name):
     [
         ("body.unv", "mode shapes but no mass integrals"),
         ("body.vtu", "mode shapes but no mass integrals"),
-        ("body.mat", "state spaces and coupling matrices describe no body"),
+        ("body.mat", "state spaces, coupling matrices and data of Simscape are not read"),
         ("body.json", "coupling matrices hold small motions of the root alone"),
         ("body.sub", "substructures of Ansys are not read"),
         ("body.op2", "EXTSEOUT"),
