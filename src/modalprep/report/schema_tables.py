@@ -114,7 +114,8 @@ def find_part(schema: Node, path: str) -> Node:
             kind = table["properties"].get("type", {})
             types = kind.get("enum", [kind["const"]] if "const" in kind else [])
             known |= table["properties"] | dict.fromkeys(types, table)
-        if not (named and step not in known and not get_close_matches(step, known, cutoff=SLIP)):  # a name that a user chooses
+        chosen = named and step not in known and not get_close_matches(step, known, cutoff=SLIP)  # by the user
+        if not chosen:
             part = _step(path, known, step)
     return part
 

@@ -40,6 +40,7 @@ class Stations(Record):
     --------
     >>> from modalprep.examples import large_cantilever
     >>> stations = large_cantilever(modes=2, stations=4).stations
+    >>> assert stations is not None
     >>> len(stations), stations.parent, stations.m.round(9)
     (4, array([-1,  0,  1,  2]), array([3., 3., 3., 3.]))
     """
@@ -68,7 +69,9 @@ class Stations(Record):
         Examples
         --------
         >>> from modalprep.examples import large_cantilever
-        >>> large_cantilever(modes=2, stations=4).stations.in_basis(np.eye(10)[:, :3]).S.shape
+        >>> stations = large_cantilever(modes=2, stations=4).stations
+        >>> assert stations is not None
+        >>> stations.in_basis(np.eye(10)[:, :3]).S.shape
         (4, 3, 3)
         """
         return self.with_(S=self.S @ Y, H=self.H @ Y)

@@ -58,6 +58,10 @@ class CachedFactor:
         if "exact" in self.__dict__:
             self.exact.release()
 
+    def fits_twice(self) -> bool:
+        """Say whether another one in double precision has room beside it."""
+        return self.exact.fits_twice()
+
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
         return self._cache.recall(self._cache.key(self.key, B), lambda: {"X": self.exact.solve(B)})["X"]

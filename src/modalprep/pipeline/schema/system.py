@@ -76,7 +76,7 @@ class BodyTable(SourceTable):
     interfaces: Annotated[dict[str, Three[Length]], Field(min_length=1)] = Field(
         default={"root": [0.0, 0.0, 0.0]}, description="of a rigid body, m; the first is its root"
     )
-    surfaces: list[SurfaceTable] = Field([], description="with which a rigid body is drawn")
+    surfaces: list[SurfaceTable] = Field(default=[], description="with which a rigid body is drawn")
 
     @model_validator(mode="after")
     def _one_source(self) -> BodyTable:
