@@ -35,6 +35,7 @@ AROUND = {  # what a key of this beginning needs around it; the longest beginnin
     "springs": SYSTEM + "[springs.one]\n" + SPRING,
     "rotational_springs": SYSTEM + "[rotational_springs.one]\n" + SPRING,
     "conductors": SYSTEM + '[conductors.one]\nthrough = ["a.root", "a.root"]',
+    "fmu": SYSTEM + '[fmu.one]\nat = "a.root"\nforce = ["fx", 0, 0]',
     "mesh": "",
     "simulation": SYSTEM,
     "matrices": "",

@@ -66,6 +66,10 @@ class Stations(Record):
     def in_basis(self, Y: np.ndarray) -> Stations:
         """Return the stations in coordinates p of ``q = Y p``.
 
+        Returns
+        -------
+        Stations
+
         Examples
         --------
         >>> from modalprep.examples import large_cantilever

@@ -151,7 +151,7 @@ class System(Record, Animated):
 
     def _refuse_with_stations(self) -> None:
         """Refuse what does not know bodies of large deflection."""
-        for name, body in self.bodies.items():
+        for name, body in ((name, body) for name, body in self.bodies.items() if body.stations is not None):
             if self.orbit:
                 refuse_stations(f"the orbit of body {name!r}", body.stations)
             for each in (each for each in self.depletions if each.body == name):
