@@ -1,5 +1,6 @@
-"""A wheel with compiled kernels is for one Python and one platform."""
+"""A wheel with the library of compiled kernels is for one platform and for every Python; without it numba is needed."""
 
+import tomllib
 from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -7,6 +8,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 class TagOfCompiledCode(BuildHookInterface):
     def initialize(self, version, build_data):
-        compiled = Path(self.root) / "src" / "modalprep" / "compiled"
-        build_data["pure_python"] = not compiled.is_dir()
-        build_data["infer_tag"] = compiled.is_dir()
+        if (Path(self.root) / "src" / "modalprep" / "compiled").is_dir():
+            build_data["pure_python"] = False
+            build_data["tag"] = "py3-none-manylinux_2_17_x86_64"  # the C library that compiler/build.py links with
+        else:
+            project = tomllib.loads((Path(self.root) / "pyproject.toml").read_text())["project"]
+            build_data["dependencies"] += [x for x in project["optional-dependencies"]["build"] if "numba" in x]

@@ -22,6 +22,7 @@ EXTRA = {  # by the module that is imported
     "control": "control",
     "ziglang": "fmu",
     "fmpy": "fmpy",
+    "numba": "build",
 }
 WHEELS = {  # machines for which PyPI has one, of libraries that do not run everywhere
     "gmsh": ("linux x86_64", "darwin arm64", "darwin x86_64", "win32 AMD64"),

@@ -35,7 +35,7 @@ def test_kernels_are_those_that_a_run_compiles(kind):
         "system = small_systems()[sys.argv[1]]\n"
         "mp.simulate(system, t_end=0.01)\n"
         "for kernel, arguments in _needed(system):\n"
-        "    print(kernel.__name__, tuple(map(typeof, arguments)) in kernel.overloads)\n"
+        "    print(kernel.__name__, tuple(map(typeof, arguments)) in kernel.dispatcher.overloads)\n"
     )
     done = subprocess.run([sys.executable, "-c", code, kind], capture_output=True, text=True)
     found = [line.split() for line in done.stdout.splitlines()]

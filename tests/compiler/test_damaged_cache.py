@@ -28,7 +28,7 @@ def total(x):
 def other(x):
     return 3.0 * x
 """
-RUN = "import a; print(a.total(1.0), a.other(1.0), sum(a.total.stats.cache_hits.values()))"
+RUN = "import a; print(a.total(1.0), a.other(1.0), sum(a.total.dispatcher.stats.cache_hits.values()))"
 RIGHT = "74.0 3.0"  # 2 (1 + 0 + 1 + ... + 8), 3
 KINDS = ["cut to half", "empty", "one byte more", "zeros at the end", "zeros in the middle", "first byte", "head",
          "code of another kernel", "text", "last byte", "a page of noise", "twice", "begins later",

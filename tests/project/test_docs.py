@@ -9,7 +9,7 @@ import pytest
 
 from modalprep.cli import main
 from modalprep.cli.commands import app
-from modalprep.compiler.switch import HOW_LONG
+from modalprep.compiler.switch import how_long
 from modalprep.lazy import public_homes
 from modalprep.pipeline.console import COMPILING
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -178,7 +178,7 @@ def test_examples_print_what_pages_show(name, project, checkout, monkeypatch, ca
     for command, output in re.findall(r"\$ modalprep (.*)\n((?:(?!\$ ).*\n)*)", shown[1] if shown else ""):
         capsys.readouterr()
         assert main(command.split()) == 0
-        printed = capsys.readouterr().out.replace(f"{COMPILING}{HOW_LONG}", "")
+        printed = capsys.readouterr().out.replace(f"{COMPILING}{how_long()}", "")
         assert agrees(output, printed), f"modalprep {command} prints\n{printed}"
 
 

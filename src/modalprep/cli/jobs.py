@@ -103,52 +103,29 @@ def analyse(
 
 @app.command()
 def warmup() -> None:
-    """Compile the assembly of elements and the solver in advance."""
+    """Compile the assembly of elements and the solver in advance, where modalprep brings no compiled code."""
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
+    from modalprep.exercise import jobs
     from modalprep.pipeline.console import Reporter
 
     interrupts = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}  # end without a traceback
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), **interrupts) as pool:
-        jobs = [pool.submit(compile_solver, bodies) for bodies in ("flexible", "rigid")]
-        for job in (*jobs, pool.submit(compile_assembly)):
-            job.result()
+        list(pool.map(compile_job, jobs()))
     Reporter().say("the solver is compiled")
 
 
-def compile_assembly() -> None:
-    """Compile the road from a mesh of shells and solids to a modal body and its checks."""
-    from modalprep.body.build import flexible_body
-    from modalprep.body.checks import check_body
-    from modalprep.examples import block_model
-    from modalprep.reduction.craig_bampton import craig_bampton
-    from modalprep.verdicts.notes import silent
-
-    with silent():
-        model = block_model()
-        check_body(flexible_body(model, craig_bampton(model, modes=2), name="block"))
-
-
-def compile_solver(bodies: str) -> None:
-    """Compile the solver for the systems of :func:`small_systems` whose names begin so: "rigid" or "flexible"."""
+def compile_job(name: str) -> None:
+    """Make the calls of a job of `exercise.jobs`, and say so where they compile anything."""
     from functools import partial
 
     from modalprep.compiler.jit import when_compiling
-    from modalprep.examples import small_systems
-    from modalprep.multibody.analysis.linearise import linearise
-    from modalprep.multibody.evaluation.equations_of_motion import EquationsOfMotion
-    from modalprep.multibody.simulate import simulate as integrate
+    from modalprep.exercise import jobs
     from modalprep.pipeline.console import Reporter
     from modalprep.verdicts.notes import silent
 
-    with silent():
-        systems = small_systems()
-    for name, system in systems.items():
-        if name.startswith(bodies):
-            say = partial(Reporter().say, f"compiling for {name} ...")
-            with silent(), when_compiling(say, "modalprep.multibody"):
-                integrate(system, t_end=1e-3)
-                EquationsOfMotion(system)
-                linearise(system)
+    say = partial(Reporter().say, f"compiling for {name} ...")
+    with silent(), when_compiling(say, "modalprep"):
+        jobs()[name]()

@@ -12,24 +12,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from ctypes import c_void_p
+from itertools import accumulate
 from struct import pack, unpack
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from llvmlite import ir
-from numba import typeof, types
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import (
-    NativeValue,
-    infer_getattr,
-    lower_getattr_generic,
-    models,
-    register_model,
-    typeof_impl,
-    unbox,
-)
-
-from modalprep.compiler.switch import FAST
 
 WORD = 8
 # of all arrays alike: the attributes of a recarray take ten times as long
@@ -42,24 +29,17 @@ LINE = 64  # bytes, of the processor's cache
 Named = TypeVar("Named", bound=NamedTuple)
 
 
-class AddressType(types.Type):
-    """Type of a record: the types of its fields, and the first word of each."""
+class Layout:
+    """What a record is like: its fields as `written`, and the first word of each."""
 
-    def __init__(self, name: str, fields: dict[str, types.Type]) -> None:
+    def __init__(self, name: str, fields: dict[str, str], words: Sequence[int]) -> None:
         self.fields = fields
-        self.first = {}
-        words = 0
-        for field, kind in fields.items():
-            self.first[field] = words
-            words += _words(kind)
-        layout = hashlib.sha256(repr([(field, str(kind)) for field, kind in fields.items()]).encode())
-        super().__init__(f"{name}_{layout.hexdigest()[:12]}")
+        self.first = dict(zip(fields, accumulate(words, initial=0), strict=False))
+        self.name = f"{name}_{hashlib.sha256(repr(fields).encode()).hexdigest()[:12]}"
 
 
 def _data(array: np.ndarray) -> int:
     """Return where the numbers of an array lie, which follows the object's head; `ctypes` takes ten times as long."""
-    if not FAST:
-        return array.ctypes.data
     return c_void_p.from_address(id(array) + object.__basicsize__).value or 0
 
 
@@ -139,23 +119,59 @@ class Addressed:
         return _data(self._words)
 
     @_Once
-    def _type(self) -> AddressType:
+    def _type(self) -> Layout:
         key = type(self), *map(layout, self)
-        if key not in TYPES:
-            fields = {name: typeof(value) for name, value in zip(self._fields, self, strict=True)}
-            TYPES[key] = AddressType(type(self).__name__, fields)
-        return TYPES[key]
+        if key not in LAYOUTS:
+            fields = {name: written(value) for name, value in zip(self._fields, self, strict=True)}
+            LAYOUTS[key] = Layout(type(self).__name__, fields, [*map(_count, self)])
+        return LAYOUTS[key]
+
+    @property
+    def _numba_type_(self) -> Any:
+        from modalprep.compiler.address_code import type_of
+
+        return type_of(self)
 
 
-TYPES: dict[tuple[Any, ...], AddressType] = {}  # numba's types of records, by class and layout
+LAYOUTS: dict[tuple[Any, ...], Layout] = {}  # by class and layout of the fields
 
 
 def layout(value: Any) -> Any:
-    """Return what the type of a field depends on."""
+    """Return what the type of an argument or a field depends on."""
     if isinstance(value, np.ndarray):
         order = FLAGS(value).num & ORDER
         return DTYPE(value), NDIM(value), order - COLUMNS if order & ROWS and order & COLUMNS else order
-    return value._type.name if isinstance(value, Addressed) else type(value)
+    if isinstance(value, Addressed):
+        return value._type.name
+    return (type(value), *map(layout, value)) if isinstance(value, tuple) else type(value)
+
+
+def written(value: Any) -> str:
+    """Return the type of an argument or a field as text, the same in every process.
+
+    Examples
+    --------
+    >>> written(1.0), written(True), written(None), written((1, 2.0))
+    ('float64', 'bool', 'NoneType', 'tuple(int64, float64)')
+    """
+    if isinstance(value, np.ndarray):
+        dtype, ndim, order = layout(value)
+        return f"{dtype} {ndim} {order}"
+    if isinstance(value, Addressed):
+        return value._type.name
+    if isinstance(value, tuple):
+        return f"{type(value).__name__}({', '.join(map(written, value))})"
+    return KNOWN.get(type(value), type(value).__name__)
+
+
+KNOWN = {int: "int64", float: "float64", np.bool_: "bool"}
+
+
+def _count(value: Any) -> int:
+    """Return how many words of the block a field takes."""
+    if isinstance(value, np.ndarray):
+        return 1 + 2 * value.ndim
+    return 0 if value is None else 1
 
 
 class Pattern(Generic[Named]):
@@ -187,7 +203,7 @@ class Pattern(Generic[Named]):
     def __init__(self, record: Named, given: Sequence[str] = ()) -> None:
         addressed: Any = record  # a NamedTuple for type checkers alone
         self.kind = type(record)
-        self.type: AddressType = addressed._type
+        self.type: Layout = addressed._type
         size = 0
         self.places: dict[str, tuple[Any, ...]] = {}
         fields = dict(zip(record._fields, record, strict=True))
@@ -277,67 +293,3 @@ def by_address(cls: type[Named]) -> type[Named]:
         },
     )
     return made
-
-
-@typeof_impl.register(Addressed)
-def _type_of(value: Any, context: Any) -> AddressType:
-    return value._type
-
-
-def _words(kind: types.Type) -> int:
-    """How many words of the block a field takes."""
-    if isinstance(kind, types.NoneType):
-        return 0
-    return 1 + 2 * kind.ndim if isinstance(kind, types.Array) else 1
-
-
-@register_model(AddressType)
-class _Address(models.OpaqueModel):
-    """A pointer to the block."""
-
-
-@unbox(AddressType)
-def _unbox(kind: AddressType, value: Any, c: Any) -> NativeValue:
-    """Take the address from a record, or as the number that `jit.bound` gives."""
-    number = c.pyapi.number_as_ssize_t(value)
-    address = c.builder.inttoptr(number, c.context.get_value_type(kind))
-    return NativeValue(address, is_error=c.pyapi.c_api_error())
-
-
-@infer_getattr
-class _Fields(AttributeTemplate):
-    key = AddressType
-
-    def generic_resolve(self, kind: AddressType, name: str) -> types.Type | None:
-        return kind.fields.get(name)
-
-
-@lower_getattr_generic(AddressType)
-def _read(context: Any, builder: Any, kind: AddressType, value: Any, name: str) -> Any:
-    field, first = kind.fields[name], kind.first[name]
-    if isinstance(field, types.Array):
-        return _read_array(context, builder, field, value, first)
-    if isinstance(field, types.NoneType):
-        return context.get_dummy_value()
-    return _word(builder, value, first, context.get_value_type(field))
-
-
-def _read_array(context: Any, builder: Any, kind: types.Array, value: Any, first: int) -> Any:
-    array = context.make_array(kind)(context, builder)
-    numbers = [_word(builder, value, first + k, ir.IntType(64)) for k in range(1, 1 + 2 * kind.ndim)]
-    shape = numbers[: kind.ndim]
-    strides = numbers[kind.ndim :]
-    size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-    if kind.layout == "C":
-        strides[-1] = size
-    data = _word(builder, value, first, array.data.type)
-    context.populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
-    return array._getvalue()
-
-
-def _word(builder: Any, value: Any, index: int, kind: Any) -> Any:
-    """Return a word of the block, which never changes: also after other stores it need not be read again."""
-    place = builder.gep(value, [ir.Constant(ir.IntType(64), WORD * index)], inbounds=True)
-    word = builder.load(builder.bitcast(place, kind.as_pointer()))
-    word.set_metadata("invariant.load", builder.module.add_metadata([]))
-    return word

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-import platform
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
@@ -12,19 +11,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import llvmlite.binding as llvm
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime.nrt import rtsys
 
 from modalprep.compiler.linking import LinkedCode
 
 DIGEST = hashlib.sha256().digest_size
-
-# A wheel may bring kernels compiled for all processors from Haswell and Zen on (.ci/build-wheel), which would take up
-# to a minute here. Those of an older numba, Python or source are not used: the files say what they hold.
-COMPILED = Path(__file__).parents[1] / "compiled"
-BASELINE = "x86-64-v3"
-BASELINE_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 
 
 class KernelCache(FunctionCache):
@@ -78,13 +70,8 @@ class CompiledFiles(IndexDataCacheFile):
             file.write(content)
 
     def load(self, key: Any) -> Any:
-        """Return what was saved for a signature, here or in the installed package; None if there is nothing."""
-        found = self._read(self._data_path(self._name(key)), key)
-        if found is None and _runs_baseline():
-            signature, (triple, _, _), function = key
-            common = signature, (triple, BASELINE, ""), function
-            found = self._read(COMPILED / self._name(common), common)
-        return found
+        """Return what was saved for a signature, None if there is nothing."""
+        return self._read(self._data_path(self._name(key)), key)
 
     def _read(self, path: str | Path, key: Any) -> Any:
         """Return the data of a file, None if there is none, of another version, or not as it was written."""
@@ -106,12 +93,3 @@ class CompiledFiles(IndexDataCacheFile):
 
     def _name(self, key: Any) -> str:
         return f"{self._base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
-
-
-@lru_cache
-def _runs_baseline() -> bool:
-    """Whether this processor runs the code of the installed package, if there is any."""
-    if not COMPILED.is_dir() or platform.machine() not in ("x86_64", "AMD64"):
-        return False
-    features = llvm.get_host_cpu_features()
-    return all(features.get(name) for name in BASELINE_FEATURES)

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
 
 SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_double)
 
@@ -50,20 +46,3 @@ class Pointer:
 def call_address(address: int, t: float) -> None:
     """Call the function ``f(t)`` at an address, from Python or from compiled code."""
     SIGNATURE(address)(t)
-
-
-def _typed_call(context: Any, address: Any, t: Any) -> tuple[Any, Callable[..., Any]]:
-    def generate(context, builder, signature, arguments):
-        function = ir.FunctionType(ir.VoidType(), [ir.DoubleType()])
-        builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [arguments[1]])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.float64), generate
-
-
-_call: Any = intrinsic(_typed_call)
-
-
-@overload(call_address, inline="never")
-def _compiled_call(address, t):
-    return lambda address, t: _call(address, t)

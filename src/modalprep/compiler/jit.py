@@ -1,66 +1,102 @@
-"""One way to compile kernels: cached between runs, also where no cache folder can be written."""
+"""One way to compile kernels: from the library of the package, or by numba, when they are called for the first time."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from functools import partial
+from contextlib import contextmanager
+from functools import cached_property, lru_cache, partial, update_wrapper
+from importlib import util
+from inspect import signature
 from typing import Any
+from warnings import warn
 
-from numba import njit, typeof, types
-from numba.core import dispatcher, event
+from modalprep.compiler.by_address import Addressed, layout, written
+from modalprep.compiler.library import entry_of, loaded
+from modalprep.compiler.stamps import Key, Stamped, key_of, stamp_of
+from modalprep.compiler.switch import fast
+from modalprep.errors import ModalprepWarning
+from modalprep.extras import need
 
-from modalprep.compiler import by_address
-from modalprep.compiler.stamps import stamp_of
-from modalprep.compiler.switch import FAST
+DISABLED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # kernels are plain Python
+LISTENERS: list[Callable[[str], None]] = []  # told the module of each kernel that numba compiles
+SLOW = (
+    "{}: the library of compiled functions has no code for these arguments, and numba is missing; it runs as Python, "
+    "some hundred times as long (pip install 'modalprep[build]')"
+)
+KERNELS: dict[Key, Kernel] = {}  # which cached code may call
 
-# No flag that assumes finite numbers: a NaN must stay a NaN. Nobody takes kernels as C functions. Without
-# `forceinline` here a kernel takes it from the function for which it is compiled first.
-OPTIONS: dict[str, Any] = {
-    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
-    "error_model": "numpy",
-    "nogil": True,
-    "no_cfunc_wrapper": True,
-    "forceinline": False,
-}
-INLINE: dict[str, Any] = {"no_cpython_wrapper": True, "forceinline": True}
-# Without reference counts (_nrt) a kernel cannot make arrays, nor assign one to a slice of another (algebra.copy does).
-ALLOCATING: dict[str, Any] = {}
-Dispatcher: Any = dispatcher.Dispatcher  # whose private parts are used
-if FAST:
-    from modalprep.compiler import linking
-    from modalprep.compiler.cache import KernelCache
 
-    OPTIONS |= {"_nrt": False, "pipeline_class": linking.KernelCompiler}
-    ALLOCATING = {"_nrt": True}
+class Kernel(Stamped):
+    """A function that is called compiled; compiled callers take it as numba's `dispatcher`."""
 
-    def _keep(kernel: Any, function: Callable, stamp: str) -> None:
-        """Keep the code of a kernel between processes, for itself and for the kernels that call it."""
-        with suppress(RuntimeError):  # numba: "no locator available"
-            kernel._cache = KernelCache(function, stamp)
-        linking.register(kernel)
-else:
+    def __init__(self, function: Callable, **options: Any) -> None:
+        update_wrapper(self, function)
+        self.py_func = function
+        self.inline = options.pop("inline", False)
+        self.allocating = options.pop("allocating", False)
+        self.once = options.pop("once", False)
+        self.options = options
+        self.entries: dict[tuple[Any, ...], Callable] = {}  # by layouts of arguments: as Python calls them
+        self.bound_entries: dict[tuple[Any, ...], Callable] = {}
+        if not self.inline:
+            KERNELS[key_of(function)] = self
 
-    def _keep(kernel: Any, function: Callable, stamp: str) -> None:
-        """Keep nothing."""
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """Return what the function returns."""
+        if named:
+            args = signature(self.py_func).bind(*args, **named).args
+        key = tuple(map(layout, args))
+        if key not in self.entries:
+            self.entries[key] = self.entry(args) or (self.dispatcher if has_numba() else self._in_python())
+        return self.entries[key](*args)
+
+    def entry(self, first: Sequence[Any], rest: Sequence[type] = ()) -> Callable | None:
+        """Return the function of the library for arguments, and numbers of some types; None if it has none."""
+        return entry_of(self, [*map(written, first), *(written(kind(0)) for kind in rest)])
+
+    def _in_python(self) -> Callable:
+        if loaded() is None:
+            need("numba", "this installation, which brings no library of compiled functions for this machine,")
+        if not self.inline:
+            warn(SLOW.format(self.py_func.__name__), ModalprepWarning, stacklevel=3)
+        return self.py_func
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """Numba's."""
+        from modalprep.compiler.dispatch_code import dispatcher_of
+
+        return dispatcher_of(self)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.dispatcher._numba_type_
+
+    def __reduce__(self) -> str:
+        """Kernels are found by their names."""
+        return self.py_func.__qualname__
+
+
+@lru_cache
+def has_numba() -> bool:
+    """Return whether numba is installed."""
+    return util.find_spec("numba") is not None
 
 
 def compile_kernel(function: Callable, **options: Any) -> Any:
-    """Return ``njit(cache=True)`` of the function; without a writable cache it compiles in every process.
+    """Return the function compiled; the library of the package serves it, or numba when it is called.
 
-    The cached code is used only while the function's file and the kernels and constants that the file imports are as
-    they were (numba alone looks at the function's own file).
+    Compiled code is used only while the function's file and the kernels and constants that the file imports are as they
+    were (numba alone looks at the function's own file). Without a writable cache it compiles in every process.
     """
-    stamp = stamp_of(function)
-    kernel = njit(**(OPTIONS | options))(function)
-    if isinstance(kernel, Dispatcher):  # not without a compiler
-        _keep(kernel, function, stamp)
-    return kernel
+    stamp_of(function)
+    return function if DISABLED else Kernel(function, **options)
 
 
 def compile_allocating(function: Callable) -> Any:
-    """Return `compile_kernel` of a function that makes arrays of its own."""
-    return compile_kernel(function, **ALLOCATING)
+    """Return `compile_kernel` of a function that makes arrays of its own, or assigns one to a slice of another."""
+    return compile_kernel(function, allocating=True)
 
 
 def compile_once(function: Callable) -> Any:
@@ -68,33 +104,28 @@ def compile_once(function: Callable) -> Any:
 
     Numba compiles a function anew for each constant that a compiled caller gives.
     """
-    kernel = compile_kernel(function)
-    if FAST and isinstance(kernel, Dispatcher):
-        template = kernel.get_call_template
-        kernel.get_call_template = lambda args, named: template(
-            tuple(map(types.unliteral, args)), {name: types.unliteral(x) for name, x in named.items()}
-        )
-    return kernel
+    return compile_kernel(function, once=True)
 
 
 def compile_inline(function: Callable, **options: Any) -> Any:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
-    stamp_of(function)
-    return njit(**(OPTIONS | INLINE | options))(function)
+    return compile_kernel(function, inline=True, **options)
 
 
 def compile_for(kernel: Any, *arguments: Any) -> None:
-    """Compile a kernel for the types of some arguments, unless a cache has it.
+    """Compile a kernel by numba for the types of some arguments, unless a cache has it.
 
     Examples
     --------
     >>> double = compile_kernel(lambda x: 2 * x)
     >>> compile_for(double, 1.5)
-    >>> len(double.overloads)
+    >>> len(double.dispatcher.overloads)
     1
     """
-    if isinstance(kernel, Dispatcher):
-        kernel.compile(tuple(map(typeof, arguments)))
+    if isinstance(kernel, Kernel):
+        from numba import typeof
+
+        kernel.dispatcher.compile(tuple(map(typeof, arguments)))
 
 
 def is_cached(kernel: Any) -> bool:
@@ -102,21 +133,17 @@ def is_cached(kernel: Any) -> bool:
 
     Examples
     --------
-    >>> is_cached(njit(lambda x: 2 * x))
+    >>> is_cached(lambda x: 2 * x)
     False
     """
-    return FAST and isinstance(kernel, Dispatcher) and kernel._cache.cache_path is not None
-
-
-NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
-ENTRIES: dict[tuple[Any, ...], Callable] = {}  # compiled functions as Python calls them, by kernel and types
+    return isinstance(kernel, Kernel) and fast() and kernel.dispatcher._cache.cache_path is not None
 
 
 def bound(kernel: Any, *first: Any, rest: Sequence[type] = ()) -> Callable:
     """Return the call of a kernel with its first arguments, whose types are looked at here and not at every call.
 
-    Numba looks at all arguments of a call to find the code for their types, which takes several microseconds; the call
-    that is returned takes a tenth of one.
+    To look at all arguments of a call, and find the code for their types, takes several microseconds; the call that is
+    returned takes a tenth of one.
 
     Parameters
     ----------
@@ -133,14 +160,25 @@ def bound(kernel: Any, *first: Any, rest: Sequence[type] = ()) -> Callable:
     >>> call(1, 0.5)
     3.5
     """
-    if not (FAST and isinstance(kernel, Dispatcher)):
+    if not isinstance(kernel, Kernel):
         return partial(kernel, *first)
-    key = kernel, *map(by_address.layout, first), *rest
-    if key not in ENTRIES:
-        ENTRIES[key] = kernel.compile((*map(typeof, first), *(NUMBERS[kind] for kind in rest)))
-    call = partial(ENTRIES[key], *(x._address if isinstance(x, by_address.Addressed) else x for x in first))
+    key = *map(layout, first), *rest
+    if key not in kernel.bound_entries:
+        found = kernel.entry(first, rest)
+        if found is None and not (has_numba() and fast()):
+            return partial(kernel, *first)
+        kernel.bound_entries[key] = found or _compiled(kernel, first, rest)
+    call = partial(kernel.bound_entries[key], *(x._address if isinstance(x, Addressed) else x for x in first))
     vars(call)["first"] = first  # lives as long as the call
     return call
+
+
+def _compiled(kernel: Kernel, first: Sequence[Any], rest: Sequence[type]) -> Callable:
+    from numba import typeof
+
+    from modalprep.compiler.dispatch_code import NUMBERS
+
+    return kernel.dispatcher.compile((*map(typeof, first), *(NUMBERS[kind] for kind in rest)))
 
 
 @contextmanager
@@ -156,19 +194,15 @@ def when_compiling(tell: Callable[[], None], package: str | tuple[str, ...]) -> 
     >>> said
     ['compiling']
     """
-    listener = _Compilation(tell, package)
-    with event.install_listener("numba:compile", listener):
+    told = []
+
+    def listen(module: str) -> None:
+        if not told and module.startswith(package):
+            told.append(module)
+            tell()
+
+    LISTENERS.append(listen)
+    try:
         yield
-
-
-class _Compilation(event.Listener):
-    def __init__(self, tell: Callable[[], None], package: str | tuple[str, ...]) -> None:
-        self.tell, self.package, self.told = tell, package, False
-
-    def on_start(self, event: Any) -> None:
-        if not self.told and event.data["dispatcher"].py_func.__module__.startswith(self.package):
-            self.told = True
-            self.tell()
-
-    def on_end(self, event: Any) -> None:
-        pass
+    finally:
+        LISTENERS.remove(listen)

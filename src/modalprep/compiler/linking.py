@@ -23,12 +23,11 @@ from numba.core.compiler import Compiler, CompileResult
 from numba.core.typed_passes import AnnotateTypes, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from modalprep.compiler.stamps import STAMP
+from modalprep.compiler.jit import KERNELS
+from modalprep.compiler.stamps import Key, key_of
 
 _dynfunc: Any = import_module("numba._dynfunc")  # of C, without types
-Key = tuple[str, str, str]
 SMALL = 100  # instructions that are still copied, for the sake of speed
-KERNELS: dict[Key, Any] = {}  # numba's dispatchers by `_key`
 COLLECTION = (50_000, 100, 100)  # thresholds of gc while a kernel is compiled
 MANGLED = "_ZN"  # begin of the symbols of compiled functions; of those, only kernels are declared
 _compiled: dict[str, tuple[Key, tuple]] = {}  # kernel and types of arguments by symbol, also of other processes
@@ -40,7 +39,7 @@ class KernelCompiler(Compiler):
 
     def _compile_core(self) -> CompileResult:
         function, args = self.state.func_id.func, self.state.args
-        source = f"{_key(function)}{args}"  # numba numbers functions and records as they come
+        source = f"{key_of(function)}{args}"  # numba numbers functions and records as they come
         self.state.func_id.unique_id = hashlib.sha256(source.encode()).hexdigest()[:16]
         with _undisturbed():
             return self._compile_copied() if self.state.flags.no_cpython_wrapper else self._compile_kernel()
@@ -48,7 +47,7 @@ class KernelCompiler(Compiler):
     def _compile_kernel(self) -> CompileResult:
         result = super()._compile_core()
         symbol, library = result.fndesc.llvm_func_name, result.library
-        _compiled[symbol] = _key(self.state.func_id.func), self.state.args
+        _compiled[symbol] = key_of(self.state.func_id.func), self.state.args
         functions = library._final_module.functions
         _calls[symbol] = [f.name for f in functions if f.is_declaration and f.name.startswith(MANGLED)]
         if not self.state.flags.forceinline and _is_large(library.get_function(symbol)):
@@ -105,11 +104,6 @@ def _undisturbed() -> Iterator[None]:
         gc.set_threshold(*thresholds)
 
 
-def register(kernel: Any) -> None:
-    """Let cached code find a kernel that it calls."""
-    KERNELS[_key(kernel.py_func)] = kernel
-
-
 class LinkedCode(CompileResultCacheImpl):
     """The cached code of a kernel, and the names of the kernels that it calls."""
 
@@ -130,7 +124,7 @@ class LinkedCode(CompileResultCacheImpl):
         if not all(key in KERNELS for _, key, _ in called):
             return None
         for name, key, args in called:
-            _alias(name, _loaded(KERNELS[key], args))
+            _alias(name, _loaded(KERNELS[key].dispatcher, args))
             _compiled[name] = key, args
         descriptor = reduced[1]
         _compiled[descriptor.llvm_func_name] = own
@@ -157,10 +151,6 @@ def _alias(symbol: str, kernel: CompileResult) -> None:
     own = kernel.fndesc.llvm_func_name
     if own != symbol:
         llvm.add_symbol(symbol, kernel.library.get_pointer_to_function(own))
-
-
-def _key(function: Any) -> Key:
-    return function.__module__, function.__qualname__, getattr(function, STAMP)
 
 
 def _is_large(function: Any) -> bool:

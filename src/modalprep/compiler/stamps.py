@@ -9,12 +9,19 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
-from numba.core.dispatcher import Dispatcher
-
 STAMP = "modalprep_stamp"  # attribute of functions: fingerprint of all that their code depends on
 NO_KERNELS = ("math", "numpy", "scipy")  # modules
 NUMERIC = (int, float)  # also bool, and numpy's float64
-COMPILER = tuple(str(file) for file in sorted(Path(__file__).parent.glob("*.py")))
+COMPILER = [*map(str, sorted(Path(__file__).parent.glob("*_code.py"))), str(Path(__file__).with_name("linking.py"))]
+
+
+Key = tuple[str, str, str]
+
+
+class Stamped:
+    """What stands for a function in compiled code: `py_func`."""
+
+    py_func: Callable
 
 
 def stamp_of(function: Callable) -> str:
@@ -29,11 +36,21 @@ def stamp_of(function: Callable) -> str:
     return stamp
 
 
+def key_of(function: Any) -> Key:
+    """Return what tells a function from all others: module, name and fingerprint."""
+    return function.__module__, function.__qualname__, getattr(function, STAMP)
+
+
 def _own(function: Callable, code: CodeType) -> list:
-    """What tells functions of one name apart, as two lambdas in one line."""
+    """What tells functions of one name apart, as two lambdas in one line, whose bytecode no other Python has."""
     constants = [x for x in code.co_consts if not isinstance(x, CodeType)]
+    without_name = [code.co_code, constants] if "<lambda>" in function.__qualname__ or not _is_file(code) else []
     enclosed = [cell.cell_contents for cell in function.__closure__ or ()]
-    return [code.co_firstlineno, code.co_code, constants, [_fingerprint(x) or x for x in enclosed]]
+    return [code.co_firstlineno, *without_name, [_fingerprint(x) or x for x in enclosed]]
+
+
+def _is_file(code: CodeType) -> bool:
+    return Path(code.co_filename).is_file()
 
 
 def _known(function: Callable) -> Iterator[str]:
@@ -60,7 +77,7 @@ def _fingerprints(module: ModuleType) -> tuple[str, ...]:
 
 def _fingerprint(value: Any) -> str | None:
     """Return the fingerprint of a compiled function, None of anything else."""
-    compiled = value.py_func if isinstance(value, Dispatcher) else value
+    compiled = value.py_func if isinstance(value, Stamped) else value
     return getattr(compiled, STAMP, None) if isinstance(compiled, FunctionType) else None
 
 

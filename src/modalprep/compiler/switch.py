@@ -8,8 +8,7 @@ process. Results are the same. ``MODALPREP_COMPILER=plain`` or ``fast`` chooses.
 from __future__ import annotations
 
 import os
-
-import numba
+from functools import lru_cache
 
 TRIED = ("0.68",)  # versions of numba: add one when tests/multibody/kernels pass with it
 
@@ -25,9 +24,16 @@ def is_fast(version: str, wanted: str) -> bool:
     return wanted == "fast" or (wanted != "plain" and ".".join(version.split(".")[:2]) in TRIED)
 
 
-FAST = is_fast(numba.__version__, os.environ.get("MODALPREP_COMPILER", ""))
-HOW_LONG = (
-    "once: up to a minute"
-    if FAST
-    else f"for minutes in every process, since this modalprep does not know the insides of numba {numba.__version__}"
-)
+@lru_cache
+def fast() -> bool:
+    """Return whether the private parts of the numba that is installed are used."""
+    import numba
+
+    return is_fast(numba.__version__, os.environ.get("MODALPREP_COMPILER", ""))
+
+
+def how_long() -> str:
+    """Return how long compilation takes, for a user."""
+    if fast():
+        return "once: up to a minute"
+    return "for minutes in every process, since this modalprep does not know the insides of this version of numba"

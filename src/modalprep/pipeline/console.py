@@ -91,9 +91,9 @@ def says_compiling(job: Callable) -> Callable:
     @wraps(job)
     def saying(path: Path, output: Path | None, reporter: Reporter, *given, **options):
         from modalprep.compiler.jit import when_compiling
-        from modalprep.compiler.switch import HOW_LONG
+        from modalprep.compiler.switch import how_long
 
-        with when_compiling(lambda: reporter.say(f"{COMPILING}{HOW_LONG}"), "modalprep.multibody"):
+        with when_compiling(lambda: reporter.say(f"{COMPILING}{how_long()}"), "modalprep.multibody"):
             return job(path, output, reporter, *given, **options)
 
     return saying

@@ -15,7 +15,8 @@ import numpy as np
 from numba import typeof, types
 
 from modalprep.atomic import atomic_path
-from modalprep.compiler import jit, linking
+from modalprep.compiler import dispatch_code
+from modalprep.compiler.build import keep_code, linked
 from modalprep.multibody.evaluation.evaluate import build_equations
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
@@ -33,30 +34,17 @@ PREFIX = "mp_"  # of the names of the roots
 
 def collect(system: System) -> str:
     """Return the LLVM code of the roots for the types of a system, all else internal; nothing is taken from a cache."""
-    modules: dict[str, str] = {}
-    _keep_code(modules)
-    symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in ROOTS.items()}
-    return _renamed(str(_linked(modules, list(symbols.values()))), symbols)
-
-
-def _keep_code(modules: dict[str, str]) -> None:
-    """Let numba compile every kernel, and keep its code by its symbol."""
-    compiled = linking.KernelCompiler._compile_kernel
-
-    def kept(self: Any) -> Any:
-        result = compiled(self)
-        modules[result.fndesc.llvm_func_name] = str(result.library._final_module)
-        return result
-
-    linking.KernelCompiler._compile_kernel = kept
-    cache: Any = jit.KernelCache
+    cache: Any = dispatch_code.KernelCache
     cache.load_overload = lambda self, sig, context: None
     cache.save_overload = lambda self, sig, data: None
+    modules = keep_code()
+    symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in ROOTS.items()}
+    return _renamed(str(linked(modules.values(), symbols.values())), symbols)
 
 
 def _symbol(kernel: Any, arguments: tuple) -> str:
-    kernel.compile(arguments)
-    return kernel.overloads[arguments].fndesc.llvm_func_name
+    kernel.dispatcher.compile(arguments)
+    return kernel.dispatcher.overloads[arguments].fndesc.llvm_func_name
 
 
 def _types(system: System, root: str) -> tuple:
@@ -79,22 +67,6 @@ def _types(system: System, root: str) -> tuple:
         "begin": (eq, run, whole, real, real),
         "advance": (eq, run, watch, whole, real, whole),
     }[root]
-
-
-def _linked(modules: Mapping[str, str], roots: list[str]) -> llvm.ModuleRef:
-    """Return one module of all, without what no root needs."""
-    whole, *others = map(llvm.parse_assembly, modules.values())
-    for module in others:
-        whole.link_in(module)
-    for each in (*whole.functions, *whole.global_variables):
-        if not each.is_declaration and each.name not in roots:
-            each.linkage = "internal"
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
-    manager = llvm.create_new_module_pass_manager()
-    manager.add_global_dead_code_eliminate_pass()
-    manager.run(whole, builder)
-    return whole
 
 
 def _renamed(text: str, symbols: Mapping[str, str]) -> str:

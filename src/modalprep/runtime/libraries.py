@@ -85,10 +85,11 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
         When there is none, and no compiler to make it.
     """
     refuse_unknown(platform, PLATFORMS, "platform")
+    for module in "numba", "ziglang":
+        need(module, "an FMU")
     own = PLATFORMS[platform]
     path = cache_folder() / f"{kind}-{platform}-{_of_library(own)}{own.suffix}"
     if not path.exists():
-        need("ziglang", "an FMU")
         code = llvm_code(kind, say)
         say(f"linking the library for {platform}")
         with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:

@@ -297,14 +297,14 @@ def test_prescribed_history_needs_the_torque_that_simulation_reports():
 
 def test_frozen_states_whole_times_and_histories_need_no_other_kernels():
     """A kernel is compiled for each type of its arguments, which here takes longer than the analysis itself."""
-    states, times = list(articulated_body.outward.signatures), list(table.signatures)
+    states, times = list(articulated_body.outward.dispatcher.signatures), list(table.dispatcher.signatures)
     system = carried(uniform_beam(modes=1), type="revolute", motion=mp.multibody.TimeFunction("t**2 / 2"))
     rest = static_equilibrium(system, t=1)
     assert not rest.y.flags.writeable
     system_modes(system, rest.y, t=1)
     inverse_dynamics(system.with_(joints=(system.joints[0].with_(motion=None),)), {"joint": "t"}, np.array([0, 1]))
-    assert {str(taken[2]) for taken in articulated_body.outward.signatures if taken not in states} <= {STATE}
-    assert {str(taken[2]) for taken in table.signatures if taken not in times} <= {"float64"}
+    assert {str(taken[2]) for taken in articulated_body.outward.dispatcher.signatures if taken not in states} <= {STATE}
+    assert {str(taken[2]) for taken in table.dispatcher.signatures if taken not in times} <= {"float64"}
 
 
 def test_histories_that_cannot_be_are_refused():

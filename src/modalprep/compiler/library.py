@@ -1,0 +1,96 @@
+"""The library of compiled kernels that the package brings, if it does: `build` writes it.
+
+Its functions have names that say all on which they depend: a kernel and its fingerprint, and the types of arguments.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from modalprep.compiler.stamps import Stamped, key_of
+
+FOLDER = Path(__file__).parents[1] / "compiled"
+PROCESSORS = {"v3": "x86-64-v3", "v1": "x86-64"}  # LLVM's names; v3 from Haswell and Zen on
+LEVELS = tuple(PROCESSORS)
+FILE = "kernels-{}.so"
+FLAGS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}  # of v3, in /proc/cpuinfo
+PYTHON = (
+    "PyFloat_FromDouble", "PyLong_FromLongLong", "PyBool_FromLong", "PyTuple_New", "PyTuple_SetItem",
+    "PyTuple_GetItem", "PyFloat_AsDouble", "PyNumber_AsSsize_t", "PyObject_IsTrue", "PyErr_Occurred",
+    "PyErr_SetString", "PyEval_SaveThread", "PyEval_RestoreThread", "Py_IncRef",
+)  # fmt: skip
+METH_FASTCALL = 0x80
+
+
+class _Method(ctypes.Structure):
+    _fields_ = (("name", ctypes.c_char_p), ("call", ctypes.c_void_p), ("flags", ctypes.c_int), ("doc", ctypes.c_char_p))
+
+
+def symbol_of(kernel: Stamped, arguments: Iterable[str]) -> str:
+    """Return the name of a kernel's function in the library, for types of arguments as `by_address.written`."""
+    text = "|".join((*key_of(kernel.py_func), *arguments))
+    return f"mp_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
+
+
+def entry_of(kernel: Stamped, arguments: Iterable[str]) -> Callable | None:
+    """Return the function of a kernel for types of arguments; None if there is none."""
+    library = loaded()
+    try:
+        address = ctypes.cast(library[symbol_of(kernel, arguments)], ctypes.c_void_p).value if library else None
+    except AttributeError:
+        return None
+    return _function(kernel, address) if address else None
+
+
+def _function(kernel: Stamped, address: int) -> Callable:
+    """Return the function of C at an address as one of Python, which takes a tenth of the time of ctypes."""
+    method = _Method(kernel.py_func.__name__.encode(), address, METH_FASTCALL, None)
+    _METHODS.append(method)
+    make = ctypes.pythonapi.PyCFunction_NewEx
+    make.restype, make.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+    return make(ctypes.addressof(method), None, None)
+
+
+_METHODS: list[_Method] = []  # Python keeps their addresses
+
+
+@lru_cache
+def loaded() -> Any:
+    """Return the library for this processor; None if there is none, or ``MODALPREP_COMPILER`` asks for another way."""
+    if os.environ.get("MODALPREP_COMPILER", "") not in ("", "library"):
+        return None
+    path = FOLDER / FILE.format("v3" if FLAGS <= _flags() else "v1")
+    if not path.is_file():
+        return None
+    library = ctypes.CDLL(str(path))
+    python = [ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in PYTHON]
+    values = *python, *_blas(), id(ValueError), id(None), object.__basicsize__
+    (ctypes.c_void_p * len(values)).in_dll(library, "python")[:] = values
+    return library
+
+
+def _blas() -> list[int]:
+    """Return the addresses of SciPy's products of matrices."""
+    from scipy.linalg import cython_blas
+
+    name, pointer = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name.restype, name.argtypes = ctypes.c_char_p, (ctypes.py_object,)
+    pointer.restype, pointer.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
+    capsules = [cython_blas.__pyx_capi__[each] for each in ("dgemm", "dgemv")]
+    return [pointer(each, name(each)) for each in capsules]
+
+
+@lru_cache
+def _flags() -> set[str]:
+    """Return what the processor can."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return set()
+    return set(text.partition("\nflags")[2].partition("\n")[0].split())

@@ -1,0 +1,168 @@
+"""The library of compiled kernels: built from what jobs call, and used by processes without numba."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("ziglang")
+
+KERNELS = """
+from typing import NamedTuple
+import numpy as np
+from modalprep.compiler.by_address import by_address
+from modalprep.compiler.jit import bound, compile_allocating, compile_inline, compile_kernel
+
+class Pair(NamedTuple):
+    a: np.ndarray
+    b: np.ndarray
+
+@by_address
+class Line(NamedTuple):
+    slope: float
+    points: np.ndarray
+
+@compile_inline
+def square(x):
+    return x * x
+
+@compile_kernel
+def total(line, k, x):
+    return line.slope * line.points[k] + square(x)
+
+@compile_kernel
+def split(pair, i, up):
+    return (pair.a[0, i], i + 1, up), pair.b[i]
+
+@compile_kernel
+def put(a, none, x):
+    if none is None:
+        a[1] = x
+
+@compile_kernel
+def ordered(a):
+    return a[0] <= a[1]
+
+@compile_allocating
+def multiply(a, b, out):
+    square = np.empty((len(a), len(a)))
+    for k in range(len(a)):
+        square[k] = 2.0 * a[k]
+    np.dot(square, b.reshape(len(a), -1), out)
+
+@compile_allocating
+def refused(n):
+    return len(np.zeros(n))
+
+LINE = Line(2.0, np.array([1.5, 3.0]))
+
+def job():
+    a, out = np.zeros(2), np.empty((2, 2))
+    pair = Pair(np.array([[4.0, 5.0], [0.0, 0.0]]).T[:, ::-1], np.array([6, 7], dtype=np.int32).astype(np.int64))
+    frozen = np.array([1.0, 0.0])
+    frozen.flags.writeable = False
+    put(a, None, 8.0)
+    multiply(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([1.0, 0.0, 1.0, 1.0]), out)
+    call = bound(total, LINE, rest=(int, float))
+    return [total(LINE, 1, 3.0), call(0, np.float64(2.0)), call(np.int64(1), 1), split(pair, 1, True), a.tolist(),
+            ordered(a), ordered(frozen), out.tolist(), refused(3)]
+"""
+RESULT = [15.0, 7.0, 7.0, ((4.0, 2, True), 7), [0.0, 8.0], True, False, [[6.0, 4.0], [14.0, 8.0]], 3]
+# 2 3 + 3^2, 2 1.5 + 2^2, 2 3 + 1; entries as written; 2 [[1, 2], [3, 4]] [[1, 0], [1, 1]]
+BUILD = """
+import sys
+from pathlib import Path
+import kernels
+from modalprep.compiler.build import build
+
+if __name__ == "__main__":
+    print(*build([kernels.job], Path(sys.argv[1])))
+"""
+WITHOUT_NUMBA = """
+import sys
+sys.modules["numba"] = sys.modules["llvmlite"] = None
+from pathlib import Path
+from modalprep.compiler import library
+library.FOLDER = Path(sys.argv[1])
+import kernels
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Kernels of a module and their library, built by a process of its own."""
+    folder = tmp_path_factory.mktemp("library")
+    (folder / "kernels.py").write_text(KERNELS)
+    (folder / "build.py").write_text(BUILD)
+    done = subprocess.run([sys.executable, "build.py", str(folder)], cwd=folder, env=environment(), text=True,
+                          capture_output=True)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert [Path(name).name for name in done.stdout.split()] == ["kernels-v3.so", "kernels-v1.so"]
+    return folder
+
+
+def environment(**changes):
+    return os.environ | {"PYTHONPATH": os.environ.get("PYTHONPATH", "") + os.pathsep + "."} | changes
+
+
+def printed(folder, code, **changes):
+    """What code prints after the module is imported in a process without numba."""
+    command = [sys.executable, "-c", WITHOUT_NUMBA + code, str(folder)]
+    return subprocess.run(command, cwd=folder, env=environment(**changes), text=True, capture_output=True)
+
+
+@pytest.mark.parametrize("level", ["v3", "v1"])
+def test_functions_of_the_library_take_and_return_what_the_kernels_do(folder, level):
+    """By LLVM's code for new processors and for all; numbers of NumPy are taken for those of Python."""
+    lacking = "library._flags = set\n" if level == "v1" else ""
+    done = printed(folder, f"{lacking}print(kernels.job() == {RESULT}, library.loaded()._name)")
+    assert done.stderr == ""
+    equal, path = done.stdout.split()
+    assert equal == "True"
+    assert path.endswith(f"kernels-{level}.so")
+
+
+def test_refusals_of_kernels_are_errors(folder):
+    """Numba's code refuses a negative size; a text is no number, also at a call with bound arguments."""
+    done = printed(folder, "kernels.refused(-1)")
+    assert done.stderr.endswith("ValueError: the compiled function refused refuses its arguments\n")
+    done = printed(folder, "kernels.bound(kernels.total, kernels.LINE, rest=(int, float))(0, 'x')")
+    assert done.stderr.splitlines()[-1] == "TypeError: must be real number, not str"
+
+
+def test_code_of_another_source_is_not_used(folder, tmp_path):
+    """A changed helper in the same file: its kernels run as Python, and say so once each."""
+    (tmp_path / "kernels.py").write_text(KERNELS.replace("return x * x", "return x * x + 1.0"))
+    code = f"library.FOLDER = Path({str(folder)!r})\nprint(kernels.total(kernels.LINE, 1, 3.0))"
+    done = printed(tmp_path, code + "\nkernels.total(kernels.LINE, 0, 3.0)")
+    assert done.stdout == "16.0\n"
+    assert done.stderr.count("total: the library of compiled functions has no code for these arguments") == 1
+
+
+def test_other_arguments_run_as_python_with_a_warning(folder):
+    done = printed(folder, "print(kernels.ordered(kernels.np.array([1, 2])))")
+    assert done.stdout == "True\n"
+    assert "pip install 'modalprep[build]'" in done.stderr
+
+
+def test_without_library_and_numba_nothing_runs(tmp_path):
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    done = printed(tmp_path, "kernels.job()")
+    assert done.stderr.splitlines()[-1].endswith("needs numba: pip install 'modalprep[build]'")
+
+
+def test_numba_serves_what_the_library_lacks(folder):
+    """Where numba is installed: other types of arguments, and kernels that call those of the library."""
+    code = (
+        "import sys\nfrom pathlib import Path\nfrom modalprep.compiler import library\n"
+        f"library.FOLDER = Path({str(folder)!r})\n"
+        "import kernels, numpy as np\n"
+        "kernels.job()\nprint('numba' in sys.modules, end=' ')\n"
+        "print(kernels.ordered(np.array([1, 2])), end=' ')\n"
+        "double = kernels.compile_kernel(lambda a: 2.0 if kernels.ordered(a) else 1.0)\n"
+        "print(double(np.zeros(2)), 'numba' in sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, env=environment(), text=True, capture_output=True)
+    assert done.stdout == "False True 2.0 True\n", done.stderr
