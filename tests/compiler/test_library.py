@@ -58,6 +58,9 @@ def refused(n):
 
 LINE = Line(2.0, np.array([1.5, 3.0]))
 
+def refused_job():
+    return refused(1)
+
 def job():
     a, out = np.zeros(2), np.empty((2, 2))
     pair = Pair(np.array([[4.0, 5.0], [0.0, 0.0]]).T[:, ::-1], np.array([6, 7], dtype=np.int32).astype(np.int64))
@@ -78,7 +81,7 @@ import kernels
 from modalprep.compiler.build import build
 
 if __name__ == "__main__":
-    print(*build([kernels.job], Path(sys.argv[1])))
+    print(*build([kernels.refused_job, kernels.job, kernels.job], Path(sys.argv[1])))
 """
 WITHOUT_NUMBA = """
 import sys

@@ -8,6 +8,7 @@ library need neither numba nor a compiler.
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -35,7 +36,7 @@ def collected(job: Callable[[], object]) -> tuple[list[Root], dict[str, str]]:
     """Return the kernels that Python calls in a job, and LLVM's code of all by its symbol."""
     from modalprep.compiler.jit import Kernel
 
-    modules = keep_code()
+    modules, names = keep_code()
     roots: list[Root] = []
     plain: Callable = Kernel.entry
 
@@ -47,14 +48,23 @@ def collected(job: Callable[[], object]) -> tuple[list[Root], dict[str, str]]:
         job()
     finally:
         Kernel.entry = plain  # type: ignore[method-assign]
-    return roots, modules
+    return roots, {symbol: _renamed(code, names) for symbol, code in modules.items()}
 
 
-def keep_code() -> dict[str, str]:
-    """Let numba keep LLVM's code of every kernel in the returned dict, by its symbol, and in its cache."""
+def keep_code() -> tuple[dict[str, str], dict[str, str]]:
+    """Let numba keep LLVM's code of every kernel, and in its cache.
+
+    Returns
+    -------
+    dict
+        The code of each kernel, by its symbol.
+    dict
+        Symbols by other names, by which code of the cache knows them.
+    """
     from modalprep.compiler import cache, linking
 
     modules: dict[str, str] = {}
+    names: dict[str, str] = {}
     compile_kernel = linking.KernelCompiler._compile_kernel
     reduce, rebuild = linking.LinkedCode.reduce, linking.LinkedCode.rebuild
 
@@ -73,13 +83,27 @@ def keep_code() -> dict[str, str]:
             modules[result.fndesc.llvm_func_name] = code
         return result
 
+    def aliased(symbol, kernel):
+        alias(symbol, kernel)
+        if symbol != kernel.fndesc.llvm_func_name:
+            names[symbol] = kernel.fndesc.llvm_func_name
+
+    alias, linking._alias = linking._alias, aliased
     linking.KernelCompiler._compile_kernel = compiled
     cached: Any = linking.LinkedCode
     cached.reduce, cached.rebuild = reduced, rebuilt
     files: Any = cache.KernelCache
     index_key = files._index_key
     files._index_key = lambda self, *given: (*index_key(self, *given), "with LLVM's code")
-    return modules
+    return modules, names
+
+
+def _renamed(code: str, names: dict[str, str]) -> str:
+    """Return LLVM's code with other names of symbols."""
+    if not names:
+        return code
+    known = "|".join(map(re.escape, names))
+    return re.sub(rf"(?<![\w.$])({known})(?![\w.$])", lambda found: names[found[1]], code)
 
 
 def _root(kernel, first: Sequence[object], rest: Sequence[type]) -> Root:
@@ -119,7 +143,7 @@ def linked(modules: Iterable[str], roots: Iterable[str]):
 def build(jobs: Iterable[Callable[[], object]], folder: Path) -> list[Path]:
     """Write the libraries of the kernels that some jobs call to a folder; return them."""
     os.environ.update({"MODALPREP_COMPILER": "fast", "NUMBA_CPU_NAME": COLLECTED, "NUMBA_CPU_FEATURES": ""})
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         found = list(pool.map(collected, jobs))
     roots = {root.symbol: root for own, _ in found for root in own}
     modules = {symbol: code for _, own in found for symbol, code in own.items()}
@@ -131,11 +155,9 @@ def _libraries(roots: list[Root], modules: dict[str, str], folder: Path):
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    whole = str(linked(modules.values(), [root.code for root in roots]))
     names = {root.code: f"kernel_{k}" for k, root in enumerate(roots)}
+    whole = _renamed(str(linked(modules.values(), names)), names)
     with tempfile.TemporaryDirectory() as scratch:
-        for name, new in names.items():
-            whole = whole.replace(f'@"{name}"', f"@{new}").replace(f"@{name}(", f"@{new}(")
         calls = Path(scratch) / "calls.c"
         calls.write_text('#include "python.h"\n' + "".join(root.wrapper.format(names[root.code]) for root in roots))
         for level in LEVELS:
@@ -145,7 +167,7 @@ def _libraries(roots: list[Root], modules: dict[str, str], folder: Path):
             )
             code = Path(scratch) / f"{level}.o"
             code.write_bytes(machine.emit_object(llvm.parse_assembly(whole)))
-            options = ["-shared", "-O2", "-fPIC", "-fvisibility=hidden", "-s", f"-I{C}"]
+            options = ["-shared", "-O2", "-fPIC", "-fvisibility=hidden", "-s", "-Wl,-z,defs", f"-I{C}"]
             files = [*map(str, sorted(C.glob("*.c"))), str(calls), str(code)]
             command = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-linux-gnu.2.17"]
             subprocess.run([*command, *options, *files, "-o", str(target), "-lm"], check=True)

@@ -143,7 +143,9 @@ def layout(value: Any) -> Any:
         return DTYPE(value), NDIM(value), order - COLUMNS if order & ROWS and order & COLUMNS else order
     if isinstance(value, Addressed):
         return value._type.name
-    return (type(value), *map(layout, value)) if isinstance(value, tuple) else type(value)
+    if isinstance(value, tuple):
+        return type(value), *map(layout, value)
+    return value.dtype if isinstance(value, np.void) else type(value)
 
 
 def written(value: Any) -> str:
@@ -161,6 +163,8 @@ def written(value: Any) -> str:
         return value._type.name
     if isinstance(value, tuple):
         return f"{type(value).__name__}({', '.join(map(written, value))})"
+    if isinstance(value, np.void):  # a row of a table
+        return str(value.dtype)
     return KNOWN.get(type(value), type(value).__name__)
 
 

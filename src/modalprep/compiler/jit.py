@@ -113,7 +113,7 @@ def compile_inline(function: Callable, **options: Any) -> Any:
 
 
 def compile_for(kernel: Any, *arguments: Any) -> None:
-    """Compile a kernel by numba for the types of some arguments, unless a cache has it.
+    """Have a kernel's code for the types of some arguments: of the library, of a cache, or compiled now.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def compile_for(kernel: Any, *arguments: Any) -> None:
     >>> len(double.dispatcher.overloads)
     1
     """
-    if isinstance(kernel, Kernel):
+    if isinstance(kernel, Kernel) and kernel.entry(arguments) is None and has_numba():
         from numba import typeof
 
         kernel.dispatcher.compile(tuple(map(typeof, arguments)))

@@ -22,7 +22,8 @@ FILE = "kernels-{}.so"
 FLAGS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}  # of v3, in /proc/cpuinfo
 PYTHON = (
     "PyFloat_FromDouble", "PyLong_FromLongLong", "PyBool_FromLong", "PyTuple_New", "PyTuple_SetItem",
-    "PyTuple_GetItem", "PyFloat_AsDouble", "PyNumber_AsSsize_t", "PyObject_IsTrue", "PyErr_Occurred",
+    "PyTuple_GetItem", "PyFloat_AsDouble", "PyNumber_AsSsize_t", "PyObject_IsTrue", "PyObject_GetBuffer",
+    "PyBuffer_Release", "PyErr_Occurred",
     "PyErr_SetString", "PyEval_SaveThread", "PyEval_RestoreThread", "Py_IncRef",
 )  # fmt: skip
 METH_FASTCALL = 0x80
@@ -71,7 +72,10 @@ def loaded() -> Any:
     library = ctypes.CDLL(str(path))
     python = [ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in PYTHON]
     values = *python, *_blas(), id(ValueError), id(None), object.__basicsize__
-    (ctypes.c_void_p * len(values)).in_dll(library, "python")[:] = values
+    table = ctypes.c_void_p * len(values)
+    if ctypes.c_int64.in_dll(library, "python_size").value != ctypes.sizeof(table):
+        return None  # of another version
+    table.in_dll(library, "python")[:] = values
     return library
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from numba import types
+from numba.np.numpy_support import as_dtype
 
 from modalprep.compiler.address_code import AddressType
 
@@ -45,7 +46,7 @@ def wrapper(symbol: str, code: str, kernel: Any, result: types.Type, kinds: Sequ
 def _parts(kind: types.Type, given: str) -> list[tuple[str, str]]:
     """Return type and value of each number by which numba's code takes an argument."""
     if isinstance(kind, types.Array):
-        size = kind.dtype.bitwidth // 8 if hasattr(kind.dtype, "bitwidth") else kind.dtype.size
+        size = as_dtype(kind.dtype).itemsize
         head = [("P", "0"), ("P", "0"), ("I", f"items_of({given})"), ("I", str(size)), ("P", f"DATA({given})")]
         return head + [("I", f"{what}({given}, {k})") for what in ("SHAPE", "STRIDE") for k in range(kind.ndim)]
     if isinstance(kind, types.BaseTuple):
@@ -60,6 +61,8 @@ def _each(kind: Any) -> list[types.Type]:
 def _scalar(kind: types.Type, given: str) -> tuple[str, str]:
     if isinstance(kind, AddressType):
         return "P", f"ADDRESS({given})"
+    if isinstance(kind, types.Record):
+        return "P", f"row_of({given})"
     if isinstance(kind, types.NoneType):
         return "P", "0"
     number = {types.float64: ("double", "REAL"), types.int64: ("I", "WHOLE"), types.boolean: ("char", "TRUTH")}[kind]

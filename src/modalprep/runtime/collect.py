@@ -37,7 +37,7 @@ def collect(system: System) -> str:
     cache: Any = dispatch_code.KernelCache
     cache.load_overload = lambda self, sig, context: None
     cache.save_overload = lambda self, sig, data: None
-    modules = keep_code()
+    modules, _ = keep_code()
     symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in ROOTS.items()}
     return _renamed(str(linked(modules.values(), symbols.values())), symbols)
 

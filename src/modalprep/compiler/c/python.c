@@ -7,6 +7,7 @@
 #define ALIGNMENT 64
 
 EXPORT Python python;
+EXPORT const I python_size = sizeof(Python);
 
 I items_of(P array) {
   I product = 1;
@@ -20,6 +21,14 @@ P failed(const char *name) {
   snprintf(text, sizeof text, "the compiled function %s refuses its arguments", name);
   python.PyErr_SetString(python.error, text);
   return 0;
+}
+
+P row_of(P row) { /* where the numbers of a row of a table lie, which the caller holds */
+  P view[16] = {0}; /* Py_buffer has ten words, the first of them is the address */
+  if (python.PyObject_GetBuffer(row, view, 0)) return 0;
+  P data = view[0];
+  python.PyBuffer_Release(view);
+  return data;
 }
 
 P nothing(void) {

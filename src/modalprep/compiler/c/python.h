@@ -16,6 +16,8 @@ typedef struct {
   double (*PyFloat_AsDouble)(P);
   I (*PyNumber_AsSsize_t)(P, P);
   int (*PyObject_IsTrue)(P);
+  int (*PyObject_GetBuffer)(P, P, int);
+  void (*PyBuffer_Release)(P);
   P (*PyErr_Occurred)(void);
   void (*PyErr_SetString)(P, const char *);
   P (*PyEval_SaveThread)(void);
@@ -47,6 +49,7 @@ typedef struct {
 #define STRIDE(o, k) ARRAY(o)->strides[k]
 #define NONE -2 /* numba's status of a function that returns None */
 I items_of(P array);
+P row_of(P row);
 P nothing(void);
 P tuple_of(int count, ...);
 P failed(const char *name);
