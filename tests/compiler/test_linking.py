@@ -148,8 +148,8 @@ import numba, numpy as np, caller, large
 for k in range(int(sys.argv[1])):
     numba.typeof(np.zeros(1, [(f"of_another_{k}", float)]))
 row = np.full(1, 2.0, [("x", float)]).view(np.recarray)
-hits = [sum(f.dispatcher.stats.cache_hits.values()) for f in (caller.caller, large.large)]
-print(caller.caller(row, np.zeros(3)), *hits)
+value = caller.caller(row, np.zeros(3))
+print(value, *(sum(f.dispatcher.stats.cache_hits.values()) for f in (caller.caller, large.large)))
 result = next(iter(caller.caller.dispatcher.overloads.values()))
 names = [f.name for f in result.library._final_module.functions if "large" in f.name and not f.is_declaration]
 print(len([name for name in names if "cpython" not in name]))

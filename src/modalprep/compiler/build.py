@@ -18,9 +18,10 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from modalprep.compiler.library import FILE, LEVELS, PROCESSORS, symbol_of
+from modalprep.compiler.library import FILE, LEVELS, symbol_of
 
 C = Path(__file__).parent / "c"
+PROCESSORS = {"v4": "x86-64-v4", "v3": "x86-64-v3", "v1": "x86-64"}  # LLVM's names of `LEVELS`
 COLLECTED = "x86-64-v3"  # the processor for which numba writes LLVM code, wherever it runs
 
 

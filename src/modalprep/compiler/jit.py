@@ -73,9 +73,10 @@ class Kernel(Stamped):
     def _numba_type_(self) -> Any:
         return self.dispatcher._numba_type_
 
-    def __reduce__(self) -> str:
-        """Kernels are found by their names."""
-        return self.py_func.__qualname__
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        """Kernels are found by their names, those without one made anew."""
+        name = self.py_func.__qualname__
+        return (Kernel, (self.py_func,)) if "<" in name else name
 
 
 @lru_cache

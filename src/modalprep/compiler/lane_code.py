@@ -213,7 +213,7 @@ def type_of(function: Callable, places: tuple[int, ...]) -> types.Type:
     typed.__signature__ = inspect.Signature([first, *named])  # type: ignore[attr-defined]
     typed.__name__ = function.__name__
     made = intrinsic(typed)
-    known = cpu_target.typing_context
+    known: Any = cpu_target.typing_context
     known.refresh()
     return known.resolve_value_type(made)
 

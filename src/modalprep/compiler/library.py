@@ -16,10 +16,10 @@ from typing import Any
 from modalprep.compiler.stamps import Stamped, key_of
 
 FOLDER = Path(__file__).parents[1] / "compiled"
-PROCESSORS = {"v3": "x86-64-v3", "v1": "x86-64"}  # LLVM's names; v3 from Haswell and Zen on
-LEVELS = tuple(PROCESSORS)
 FILE = "kernels-{}.so"
-FLAGS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}  # of v3, in /proc/cpuinfo
+V3 = {"avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}  # flags in /proc/cpuinfo
+V4 = V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
+LEVELS = {"v4": V4, "v3": V3, "v1": set[str]()}  # what a processor must have for a library, the fastest first
 PYTHON = (
     "PyFloat_FromDouble", "PyLong_FromLongLong", "PyBool_FromLong", "PyTuple_New", "PyTuple_SetItem",
     "PyTuple_GetItem", "PyFloat_AsDouble", "PyNumber_AsSsize_t", "PyObject_IsTrue", "PyObject_GetBuffer",
@@ -66,10 +66,11 @@ def loaded() -> Any:
     """Return the library for this processor; None if there is none, or ``MODALPREP_COMPILER`` asks for another way."""
     if os.environ.get("MODALPREP_COMPILER", "") not in ("", "library"):
         return None
-    path = FOLDER / FILE.format("v3" if FLAGS <= _flags() else "v1")
-    if not path.is_file():
+    paths = [FOLDER / FILE.format(level) for level, needed in LEVELS.items() if needed <= _flags()]
+    found = [path for path in paths if path.is_file()]
+    if not found:
         return None
-    library = ctypes.CDLL(str(path))
+    library = ctypes.CDLL(str(found[0]))
     python = [ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in PYTHON]
     values = *python, *_blas(), id(ValueError), id(None), object.__basicsize__
     table = ctypes.c_void_p * len(values)
