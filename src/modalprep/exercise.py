@@ -52,7 +52,14 @@ def solver(kind: str) -> None:
     simulate(system, t_end=1e-3)
     for kernel, arguments in _kernels(system):
         compile_for(kernel, *arguments)
-    for call in linearise, _events, _analyses, _slopes:
+    for call in (
+        linearise,
+        _events,
+        _analyses,
+        _slopes,
+        partial(_gradient, "explicit"),
+        partial(_gradient, "rosenbrock"),
+    ):
         with suppress(ModalprepError):  # not all of them can be had of every system
             call(system)
 
@@ -152,6 +159,13 @@ def _slopes(system: System) -> None:
     from modalprep.sensitivity.run_sensitivities import run_sensitivities
 
     run_sensitivities(system, ["hinge.angle"], ["hinge.angle", "gravity.y"], 1e-3)
+
+
+def _gradient(method: str, system: System) -> None:
+    from modalprep.sensitivity.gradient import gradient
+    from modalprep.sensitivity.objective import last
+
+    gradient(system, last("hinge.angle"), ["hinge.angle", "gravity.y"], 1e-3, method=method)
 
 
 def jobs() -> dict[str, Callable[[], None]]:
