@@ -291,7 +291,7 @@ def test_first_simulation_needs_one_evaluation_of_the_equations():
     code = (
         "import modalprep as mp\n"
         "from modalprep.examples import small_systems\n"
-        "from modalprep.compiler.jit import KERNELS\n"
+        "from modalprep.compiler.stamps import KERNELS\n"
         "mp.simulate(small_systems()['rigid bodies in trees'], t_end=0.01)\n"
         "print(*(f'{key[1]}:{len(k.dispatcher.overloads)}' for key, k in KERNELS.items() if k.dispatcher.overloads))\n"
     )

@@ -9,7 +9,7 @@ from numba import typeof, types
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, models, register_model, unbox
 
-from modalprep.compiler.by_address import WORD, Addressed, Layout
+from modalprep.compiler.sizes import WORD
 
 TYPES: dict[str, AddressType] = {}  # by the name of the layout
 
@@ -17,12 +17,12 @@ TYPES: dict[str, AddressType] = {}  # by the name of the layout
 class AddressType(types.Type):
     """Type of a record: the types of its fields, and the first word of each."""
 
-    def __init__(self, layout: Layout, fields: dict[str, types.Type]) -> None:
+    def __init__(self, layout: Any, fields: dict[str, types.Type]) -> None:
         self.fields, self.first = fields, layout.first
         super().__init__(layout.name)
 
 
-def type_of(record: Addressed) -> AddressType:
+def type_of(record: Any) -> AddressType:
     """Return numba's type of a record."""
     layout = record._type
     if layout.name not in TYPES:

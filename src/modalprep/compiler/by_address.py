@@ -18,7 +18,8 @@ from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-WORD = 8
+from modalprep.compiler.sizes import WORD as WORD
+
 # of all arrays alike: the attributes of a recarray take ten times as long
 SHAPE, STRIDES = np.ndarray.shape.__get__, np.ndarray.strides.__get__
 DTYPE = np.ndarray.dtype.__get__

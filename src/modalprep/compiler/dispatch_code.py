@@ -10,8 +10,7 @@ from numba import njit, types
 from numba.core import event
 
 from modalprep.compiler import address_code, callback_code, lane_code  # noqa: F401
-from modalprep.compiler.jit import LISTENERS, Kernel
-from modalprep.compiler.stamps import STAMP
+from modalprep.compiler.stamps import LISTENERS, STAMP
 from modalprep.compiler.switch import fast
 
 # No flag that assumes finite numbers: a NaN must stay a NaN. Nobody takes kernels as C functions. Without
@@ -41,7 +40,7 @@ else:
         """Keep nothing."""
 
 
-def dispatcher_of(kernel: Kernel) -> Any:
+def dispatcher_of(kernel: Any) -> Any:
     """Return numba's dispatcher of a kernel."""
     options = OPTIONS | kernel.options
     if kernel.inline:

@@ -13,18 +13,16 @@ from warnings import warn
 
 from modalprep.compiler.by_address import Addressed, layout, written
 from modalprep.compiler.library import entry_of, loaded
-from modalprep.compiler.stamps import Key, Stamped, key_of, stamp_of
+from modalprep.compiler.stamps import KERNELS, LISTENERS, Stamped, key_of, stamp_of
 from modalprep.compiler.switch import fast
 from modalprep.errors import ModalprepWarning
 from modalprep.extras import need
 
 DISABLED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # kernels are plain Python
-LISTENERS: list[Callable[[str], None]] = []  # told the module of each kernel that numba compiles
 SLOW = (
     "{}: the library of compiled functions has no code for these arguments, and numba is missing; it runs as Python, "
     "some hundred times as long (pip install 'modalprep[build]')"
 )
-KERNELS: dict[Key, Kernel] = {}  # which cached code may call
 
 
 class Kernel(Stamped):

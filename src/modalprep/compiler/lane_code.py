@@ -17,7 +17,7 @@ from numba.core.typing import templates
 from numba.core.typing.templates import AbstractTemplate, signature
 from numba.extending import intrinsic, models, register_model
 
-from modalprep.compiler.lanes import WIDTH
+from modalprep.compiler.sizes import WIDTH
 
 infer_global: Any = templates.infer_global
 VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.compiler.jit import compile_inline
-
-WIDTH = 4
+from modalprep.compiler.sizes import WIDTH as WIDTH
 
 
 class Instruction:

@@ -23,8 +23,7 @@ from numba.core.compiler import Compiler, CompileResult
 from numba.core.typed_passes import AnnotateTypes, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from modalprep.compiler.jit import KERNELS
-from modalprep.compiler.stamps import Key, key_of
+from modalprep.compiler.stamps import KERNELS, Key, key_of
 
 _dynfunc: Any = import_module("numba._dynfunc")  # of C, without types
 SMALL = 100  # instructions that are still copied, for the sake of speed

@@ -16,6 +16,8 @@ COMPILER = [*map(str, sorted(Path(__file__).parent.glob("*_code.py"))), str(Path
 
 
 Key = tuple[str, str, str]
+KERNELS: dict[Key, Any] = {}  # which cached code may call: those of `jit`
+LISTENERS: list[Callable[[str], None]] = []  # told the module of each kernel that numba compiles
 
 
 class Stamped:
