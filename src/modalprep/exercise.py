@@ -81,7 +81,9 @@ def _kernels(system: System) -> Iterator[tuple[Any, tuple]]:
 
     e = Evaluator(system)
     packed, loading, loads = e.packed, e.loading, e.loading.arrays
-    model, data, y, motion, u = packed.model, packed.data(), np.append(e.start, 0.0), loading.motion, np.zeros(e.nu)
+    model, data = packed.model, packed.data()
+    y, u = np.append(e.start, 0.0), np.zeros(e.nu)
+    motion = loading.motion
     eq = evaluate.build_equations(packed, loading, data)
     run = new_run(y, part_of_links(system, packed), 0, 1e-5, 1e-10, 0.9, 0.0, 1.0, 1.0)
     watch = new_watch(np.zeros(0), np.zeros(packed.nx), len(y), eq)

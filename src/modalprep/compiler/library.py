@@ -21,11 +21,23 @@ V3 = {"avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}  # flags i
 V4 = V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
 LEVELS = {"v4": V4, "v3": V3, "v1": set[str]()}  # what a processor must have for a library, the fastest first
 PYTHON = (
-    "PyFloat_FromDouble", "PyLong_FromLongLong", "PyBool_FromLong", "PyTuple_New", "PyTuple_SetItem",
-    "PyTuple_GetItem", "PyFloat_AsDouble", "PyNumber_AsSsize_t", "PyObject_IsTrue", "PyObject_GetBuffer",
-    "PyBuffer_Release", "PyErr_Occurred",
-    "PyErr_SetString", "PyEval_SaveThread", "PyEval_RestoreThread", "Py_IncRef",
-)  # fmt: skip
+    "PyFloat_FromDouble",
+    "PyLong_FromLongLong",
+    "PyBool_FromLong",
+    "PyTuple_New",
+    "PyTuple_SetItem",
+    "PyTuple_GetItem",
+    "PyFloat_AsDouble",
+    "PyNumber_AsSsize_t",
+    "PyObject_IsTrue",
+    "PyObject_GetBuffer",
+    "PyBuffer_Release",
+    "PyErr_Occurred",
+    "PyErr_SetString",
+    "PyEval_SaveThread",
+    "PyEval_RestoreThread",
+    "Py_IncRef",
+)
 METH_FASTCALL = 0x80
 
 
@@ -54,7 +66,8 @@ def _function(kernel: Stamped, address: int) -> Callable:
     method = _Method(kernel.py_func.__name__.encode(), address, METH_FASTCALL, None)
     _METHODS.append(method)
     make = ctypes.pythonapi.PyCFunction_NewEx
-    make.restype, make.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+    make.restype = ctypes.py_object
+    make.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
     return make(ctypes.addressof(method), None, None)
 
 
@@ -84,9 +97,12 @@ def _blas() -> list[int]:
     """Return the addresses of SciPy's products of matrices."""
     from scipy.linalg import cython_blas
 
-    name, pointer = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
-    name.restype, name.argtypes = ctypes.c_char_p, (ctypes.py_object,)
-    pointer.restype, pointer.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
+    name = ctypes.pythonapi.PyCapsule_GetName
+    name.restype = ctypes.c_char_p
+    name.argtypes = (ctypes.py_object,)
+    pointer = ctypes.pythonapi.PyCapsule_GetPointer
+    pointer.restype = ctypes.c_void_p
+    pointer.argtypes = (ctypes.py_object, ctypes.c_char_p)
     capsules = [cython_blas.__pyx_capi__[each] for each in ("dgemm", "dgemv")]
     return [pointer(each, name(each)) for each in capsules]
 
