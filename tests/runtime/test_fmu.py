@@ -10,6 +10,7 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from size import FULL
 
 import modalprep as mp
 from modalprep.errors import InputError
@@ -119,7 +120,8 @@ def test_shipped_systems_run_without_modalprep(name, outputs, stop, step, allowe
     np.testing.assert_array_equal(found["cs2"], found["cs3"])
 
 
-@pytest.mark.slow  # it compiles another library
+@pytest.mark.slow
+@pytest.mark.skipif(not FULL, reason="minutes: it compiles another library")
 def test_rigid_bodies_in_closed_loops(tmp_path):
     """A linkage of four bars under gravity."""
     rod = small_systems()["rigid bodies in trees"].bodies["rod"]

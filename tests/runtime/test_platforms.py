@@ -9,6 +9,7 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from size import FULL
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
@@ -17,6 +18,7 @@ from modalprep.runtime import libraries
 from modalprep.runtime.fmu import own_platform, write_fmu
 
 pytest.importorskip("ziglang")
+MINUTES = "minutes: its library is compiled and linked anew"
 LOAD = Path(__file__).with_name("load.c")
 STEPS, STEP, DRIVE = 20, 0.05, 500.0
 OUTPUTS = ("hinge.angle", "arm.modal[1]", "energy.kinetic", "arm.tip.position[2]")
@@ -66,6 +68,7 @@ def test_a_program_in_c(tmp_path, expected):
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not FULL, reason=MINUTES)
 def test_windows(tmp_path, expected):
     wine = shutil.which("wine64") or shutil.which("wine64", path="/usr/lib/wine")
     if wine is None:
@@ -75,6 +78,7 @@ def test_windows(tmp_path, expected):
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not FULL, reason=MINUTES)
 def test_aarch64(tmp_path, expected):
     """The objects of the library in a program without a loader, since QEMU has no C library of that machine."""
     if not (qemu := shutil.which("qemu-aarch64-static")):

@@ -12,7 +12,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -89,14 +90,15 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
         need(module, "an FMU")
     own = PLATFORMS[platform]
     path = cache_folder() / f"{kind}-{platform}-{_of_library(own)}{own.suffix}"
-    if not path.exists():
-        code = llvm_code(kind, say)
-        say(f"linking the library for {platform}")
-        with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
-            objects = [_object(code, own, prefix, Path(folder)) for prefix in own.processors]
-            made = Path(folder) / f"library{own.suffix}"
-            _link(own, [*sorted(C.glob("*.c")), *objects], made, len(objects) > 1)  # perhaps with an import library
-            shutil.copy(made, temporary)
+    with _alone(path):
+        if not path.exists():
+            code = llvm_code(kind, say)
+            say(f"linking the library for {platform}")
+            with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
+                objects = [_object(code, own, prefix, Path(folder)) for prefix in own.processors]
+                made = Path(folder) / f"library{own.suffix}"
+                _link(own, [*sorted(C.glob("*.c")), *objects], made, len(objects) > 1)  # perhaps with an import library
+                shutil.copy(made, temporary)
     return path
 
 
@@ -126,10 +128,25 @@ def linear_library(platform: str, say: Callable[[str], None] = lambda text: None
 def llvm_code(kind: str, say: Callable[[str], None] = lambda text: None) -> str:
     """Return the LLVM code of the roots of a kind of system; another process compiles it where there is none."""
     path = cache_folder() / f"{kind}-{_of_code()}.ll"
-    if not path.exists():
-        say("compiling the kernels for use without Python: once, for a minute or two")
-        _run([sys.executable, "-m", "modalprep.runtime.collect", kind, str(path)], "the kernels", _compiling())
+    with _alone(path):
+        if not path.exists():
+            say("compiling the kernels for use without Python: once, for a minute or two")
+            _run([sys.executable, "-m", "modalprep.runtime.collect", kind, str(path)], "the kernels", _compiling())
     return path.read_text()
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Let other processes wait that make the same file; where the system has no such locks, each makes its own."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def _compiling() -> dict[str, str]:
