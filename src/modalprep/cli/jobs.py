@@ -103,7 +103,10 @@ def analyse(
 
 @app.command()
 def warmup() -> None:
-    """Compile the assembly of elements and the solver in advance, where modalprep brings no compiled code."""
+    """Compile the assembly of elements and the solver in advance.
+
+    Where the installation brings compiled code there is nothing to do.
+    """
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
