@@ -102,7 +102,10 @@ def jobs_of(folder, name, outputs, stop, step, tolerances, **own):
     ("name", "outputs", "stop", "step", "allowed"),
     [
         ("spinup-beam", ["hub.rate", "beam.tip.deflection[2]", "energy.work"], 4.0, 0.02, (2e-5, 1e-7)),
-        ("slider-crank", ["rod.modal[1]", "slide.displacement", "energy.work"], 0.06, 2e-4, (2e-5, 1e-7)),
+        pytest.param(
+            *("slider-crank", ["rod.modal[1]", "slide.displacement", "energy.work"], 0.06, 2e-4, (2e-5, 1e-7)),
+            marks=pytest.mark.skipif(not FULL, reason="minutes: it compiles another library"),
+        ),
         ("bracket-pendulum", ["shoulder.angle", "lower.bolt_b.position[2]"], 0.04, 1e-3, (5e-4, 1e-4)),
     ],
 )
@@ -120,8 +123,7 @@ def test_shipped_systems_run_without_modalprep(name, outputs, stop, step, allowe
     np.testing.assert_array_equal(found["cs2"], found["cs3"])
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not FULL, reason="minutes: it compiles another library")
+@pytest.mark.slow  # it compiles another library
 def test_rigid_bodies_in_closed_loops(tmp_path):
     """A linkage of four bars under gravity."""
     rod = small_systems()["rigid bodies in trees"].bodies["rod"]
