@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import TimeFunction
@@ -22,11 +23,7 @@ def python_text(function: TimeFunction, what: str) -> str:
     '(t**2/2) if t <= 2.0 else (2*t - 2)'
     """
     texts = []
-    for until, source in function.given:
-        if not isinstance(source, int | float | str):
-            raise InputError(
-                f"{what} is a table or a function of Python, which a script cannot carry; give expressions"
-            )
+    for until, source in _expressions(function, what, "a script"):
         text = f"({source.replace('^', '**')})" if isinstance(source, str) else repr(float(source))
         texts.append(text if until == float("inf") else f"{text} if t <= {float(until)!r} else")
     return " ".join(texts)
@@ -57,15 +54,23 @@ def mbdyn_text(function: TimeFunction, what: str) -> str:
     '(Time^2/2.)*(Time <= 2.0) + (2.*sqrt(Time))*(Time > 2.0)'
     """
     texts, since = [], ""
-    for until, source in function.given:
-        if not isinstance(source, int | float | str):
-            raise InputError(f"{what} is a table or a function of Python, which a deck cannot carry; give expressions")
+    for until, source in _expressions(function, what, "a deck"):
         text = f"({_of_mbdyn(source)})" if isinstance(source, str) else repr(float(source))
         ends = [since] if since else []
         ends += [] if until == float("inf") else [f"(Time <= {float(until)!r})"]
         texts.append("*".join([text, *ends]))
         since = f"(Time > {float(until)!r})"
     return " + ".join(texts)
+
+
+def _expressions(function: TimeFunction, what: str, carrier: str) -> Iterator[tuple[float, float | str]]:
+    """Yield the pieces of a function by the times at which they end; refuse tables and functions of Python."""
+    for until, source in function.given:
+        if not isinstance(source, int | float | str):
+            raise InputError(
+                f"{what} is a table or a function of Python, which {carrier} cannot carry; give expressions"
+            )
+        yield until, source
 
 
 def _of_mbdyn(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,11 +188,15 @@ def campbell(
     >>> sorted({round(each.speed, 6) for each in found.critical if each.kind == "forward"})  # sqrt(1e6 / 10)
     [316.227766]
     """
-    rotor = _Rotor(system, joint, axis, modes + SPARE)
+
+    @cache
+    def at(w: float) -> WhirlModes:
+        return whirl_modes(at_speed(system, w), joint, w, axis=axis, modes=modes + SPARE)
+
     speed = ascending(speeds)
-    found = [rotor.at(w) for w in speed.tolist()]
+    found = [at(w) for w in speed.tolist()]
     rows, certainty = _followed(found, modes)
-    critical = [each for order in orders for each in _critical_speeds(rotor, speed, found, rows, order)]
+    critical = [each for order in orders for each in _critical_speeds(at, speed, found, rows, order)]
     return Campbell(
         speed=speed,
         eigenvalue=_columns([each.eigenvalue for each in found], rows),
@@ -202,17 +207,6 @@ def campbell(
         at=tuple(found),
         notes=tuple(dict.fromkeys(note for each in found for note in each.notes)),
     )
-
-
-@dataclass(frozen=True)
-class _Rotor:
-    system: Systems
-    joint: str
-    axis: VectorLike | None
-    modes: int
-
-    def at(self, speed: float) -> WhirlModes:
-        return whirl_modes(at_speed(self.system, speed), self.joint, speed, axis=self.axis, modes=self.modes)
 
 
 def at_speed(system: Systems, speed: float) -> System:
@@ -240,7 +234,7 @@ def ascending(speeds: VectorLike) -> np.ndarray:
     """
     speed = np.atleast_1d(np.asarray(speeds, dtype=float))
     if speed.ndim > 1 or not speed.size or speed[0] < 0 or np.any(np.diff(speed) <= 0):
-        raise InputError("the speeds of a Campbell diagram must be a list that ascends from zero or more, in rad/s")
+        raise InputError("the speeds of a rotor must be a list that ascends from zero or more, in rad/s")
     return speed
 
 
@@ -279,11 +273,11 @@ def _alike(a: WhirlModes, i: int, b: WhirlModes, j: int) -> float:
 
 
 def _critical_speeds(
-    rotor: _Rotor, speed: np.ndarray, found: Sequence[WhirlModes], rows: np.ndarray, order: float
+    at: Callable[[float], WhirlModes], speed: np.ndarray, found: Sequence[WhirlModes], rows: np.ndarray, order: float
 ) -> list[CriticalSpeed]:
     """Return the speeds at which a mode has `order` times the speed as its frequency."""
     return [
-        _critical(rotor, found[k], int(rows[k, mode]), speed[k + 1], order, mode)
+        _critical(at, found[k], int(rows[k, mode]), speed[k + 1], order, mode)
         for k in range(len(speed) - 1)
         for mode in range(rows.shape[1])
         if rows[k, mode] >= 0
@@ -297,11 +291,13 @@ def _above(modes: WhirlModes, row: int, order: float) -> float:
     return float(modes.eigenvalue[row].imag - order * modes.speed)
 
 
-def _critical(rotor: _Rotor, below: WhirlModes, row: int, above: float, order: float, mode: int) -> CriticalSpeed:
+def _critical(
+    at: Callable[[float], WhirlModes], below: WhirlModes, row: int, above: float, order: float, mode: int
+) -> CriticalSpeed:
     """Return the critical speed between that of `below` and `above` (rad/s)."""
 
     def nearest(w: float) -> tuple[WhirlModes, int]:
-        here = rotor.at(w)
+        here = at(w)
         return here, int(np.argmax([_alike(below, row, here, j) for j in range(len(here.eigenvalue))]))
 
     w = brentq(lambda w: _above(*nearest(w), order), below.speed, above, rtol=CRITICAL)
