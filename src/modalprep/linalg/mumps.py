@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import os
 import shutil
-import weakref
 from ctypes import CDLL, RTLD_GLOBAL
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import gettempdir, mkdtemp
+from tempfile import gettempdir
 from threading import Lock
 from typing import Any
 
@@ -22,6 +21,7 @@ import numpy as np
 
 from modalprep.linalg.onemkl import library
 from modalprep.linalg.pardiso import LackOfMemory
+from modalprep.linalg.scratch import ScratchFolder
 
 SYMMETRIC = 2  # its name of indefinite matrices
 ANALYSE, FACTORISE, SOLVE = 1, 2, 3
@@ -90,8 +90,7 @@ class Mumps:
         self._matrix = (rows, columns, entries)  # which the library does not copy
         _refuse_memory(gettempdir())
         self._instance: Any = module().dmumps(sym=SYMMETRIC)
-        self._folder = mkdtemp(prefix="modalprep-factor-")
-        self._remove = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+        self._folder = ScratchFolder("modalprep-factor-")
         for option, value in ((SILENT, 0), (PERMUTE, 0), (SCALE, 0), (ON_DISK, 1)):
             self._instance.icntl[option] = value
         self._instance.set_assembled_matrix(n, *self._matrix)
@@ -126,7 +125,7 @@ class Mumps:
         """Delete the files."""
         with _calls:
             self._instance = None
-        self._remove()
+        self._folder.remove()
 
     def _call(self, job: int) -> None:
         _check(self._run(job))
@@ -134,7 +133,7 @@ class Mumps:
     def _run(self, job: int) -> int:
         """Return what the library says of a job: below zero that it failed."""
         with _calls:
-            os.environ[FOLDER] = self._folder
+            os.environ[FOLDER] = self._folder.path
             self._instance.job = job
             self._instance.call()
         return int(self._instance.infog[1])
