@@ -38,7 +38,7 @@ LAYERS = {
     "fe": (
         "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
         "readers.coverage", "readers.numbers", "readers.text", "readers.units", "readers.loads", "readers.systems",
-        "readers.entries", "readers.matrix_elements",
+        "readers.entries", "readers.matrix_elements", "readers.output4",
         "readers.nastran", "readers.abaqus", "readers.ansys",
         "readers", "generation", "forms", "assembly", "terms", "assembly.assemble", "division",
         "recovery", "sensitivity", "external",
@@ -96,8 +96,8 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     # of the model, what the cells of a mesh are, and how matrices of other programs are read
     ("formats", "fe"): {
         "fe.mesh.cells", "fe.mesh.facets", "fe.mesh.mesh", "fe.readers.abaqus.lexer", "fe.readers.abaqus.matrices",
-        "fe.readers.entries", "fe.readers.surface",
-        *(f"fe.external.{name}" for name in "archive files model output4".split()),
+        "fe.readers.entries", "fe.readers.output4", "fe.readers.surface",
+        *(f"fe.external.{name}" for name in "archive files model".split()),
     },
     ("report", "fe"): {"fe.mesh.cells", "fe.mesh.facets"},
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out

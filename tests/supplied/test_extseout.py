@@ -18,7 +18,7 @@ from scipy.linalg import eigh, null_space
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.errors import InputError
-from modalprep.fe.external.output4 import read_output4
+from modalprep.fe.readers.output4 import read_output4
 from modalprep.reduction.synthesis import synthesise
 from modalprep.supplied.extseout import read_extseout
 

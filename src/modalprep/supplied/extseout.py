@@ -10,13 +10,13 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.fe.external.model import unit_factors
-from modalprep.fe.external.output4 import read_output4
+from modalprep.fe.readers.nastran.external import MASS, STIFFNESS
+from modalprep.fe.readers.output4 import read_output4
 from modalprep.suggest import refuse_missing
 from modalprep.supplied.nastran_cards import Cards, read_boundary
 from modalprep.supplied.nastran_rows import recovery_rows
 from modalprep.supplied.reduced import body_from_reduced
 
-STIFFNESS, MASS = ("KXX", "KAA", "KAAX"), ("MXX", "MAA", "MAAX")
 VISCOUS = ("BXX1", "BXX", "BAA", "BAAX")
 STRUCTURAL = ("K4XX1", "K4XX", "K4AA", "K4AAX")
 

@@ -13,10 +13,9 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.extrn import LONGEST, boundary_points, refuse_long
 from modalprep.fe.readers.nastran.grids import deck_grids
 from modalprep.fe.readers.nastran.reader import read_cards
-
-LONGEST = 10**6  # rows of a table or a range
 
 
 class TableRow(NamedTuple):
@@ -64,7 +63,7 @@ def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
     tables: dict[str, list[TableRow]] = {}
     if punch is not None:
         found = [card for card in cards[punch] if card.name == "EXTRN"]
-        points = _pairs(found)
+        points = boundary_points(found)
         if not points:
             raise InputError(f"{punch} has no EXTRN card, which lists the rows of the matrices; export it again")
         tables = _tables(cards[punch])
@@ -85,39 +84,6 @@ def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
     )
 
 
-def _pairs(cards: list[Card]) -> dict[int, str]:
-    """Return the points of EXTRN cards with their components, in order; ``7 THRU 9 0`` is a range."""
-    found: dict[int, str] = {}
-    for card in cards:
-        words = [text for text in card.fields if text]
-        while words:
-            span = 4 if words[1:2] == ["THRU"] else 2
-            part = Card(card.name, words[:span], card.file, card.line)
-            words = words[span:]
-            first = part.integer(0, "a grid", lowest=1)
-            last = part.integer(2, "the last grid", lowest=first) if span == 4 else first
-            components = _components(part, span - 1)
-            _refuse_long(part, last - first)
-            for number in range(first, last + 1):
-                if number in found:
-                    raise card.error(f"point {number} stands there twice; export it again")
-                found[number] = components
-    return found
-
-
-def _components(card: Card, k: int) -> str:
-    text = card.text(k)
-    components = "" if text == "0" else "".join(sorted(text))
-    if not text or set(components) - set("123456") or len(set(components)) < len(components):
-        raise card.error(f"the components {text!r} are not of 1 to 6, or 0 for a scalar point; export it again")
-    return components
-
-
-def _refuse_long(card: Card, count: int) -> None:
-    if count > LONGEST:
-        raise card.error(f"a range of {count} points is too long; export it again")
-
-
 def _connected(path: Path, cards: list[Card]) -> dict[int, str]:
     """Return the points of the part that SECONCT joins, in order: grids with six components, and scalar points."""
     grids = {card.id for card in cards if card.name == "GRID"}
@@ -130,7 +96,7 @@ def _connected(path: Path, cards: list[Card]) -> dict[int, str]:
             words = words[span:]
             first = part.integer(0, "a point", lowest=1)
             last = part.integer(2, "the last point", lowest=first) if span == 6 else first
-            _refuse_long(part, last - first)
+            refuse_long(part, last - first)
             found |= {number: "123456" if number in grids else "" for number in range(first, last + 1)}
     if not found:
         raise InputError(f"{path} has no SECONCT card, which lists the boundary; give the .pch file too")

@@ -27,9 +27,9 @@ from modalprep.cli import main
 from modalprep.examples import cantilever_model
 from modalprep.fe.external.files import read_matrices
 from modalprep.fe.external.matrix_market import read_market
-from modalprep.fe.external.output4 import read_output4
 from modalprep.fe.readers.abaqus.matrices import read_abaqus_matrix
 from modalprep.fe.readers.nastran.dmig import read_dmig
+from modalprep.fe.readers.output4 import read_output4
 
 
 @pytest.mark.parametrize("sparse", ["dense", "bigmat", "nonbigmat"])

@@ -195,7 +195,7 @@ def test_external_superelements_of_nastran(name):
         pytest.skip("no superelements of Nastran")
     found = import_body(file, length_unit="in", mass_unit="slinch")
     assert found.interface_name == ("grid_3", "grid_11", "grid_19", "grid_27")
-    from modalprep.fe.external.output4 import read_output4
+    from modalprep.fe.readers.output4 import read_output4
 
     matrices = {key.lower(): A.toarray() for key, A in read_output4(file).items()}
     kept = slice(6, None)

@@ -17,7 +17,6 @@ from modalprep.fe.external.ansys_full import read_full, refuse_turned
 from modalprep.fe.external.archive import read_archive
 from modalprep.fe.external.matrix_market import BANNER, read_market
 from modalprep.fe.external.model import model_from_matrices, unit_factors
-from modalprep.fe.external.output4 import read_output4
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.matrices import read_abaqus_matrix
@@ -27,6 +26,7 @@ from modalprep.fe.readers.entries import Found, Labelled, cloud, in_basic_axes, 
 from modalprep.fe.readers.nastran.dmig import read_dmig
 from modalprep.fe.readers.nastran.grids import deck_grids
 from modalprep.fe.readers.nastran.reader import read_cards
+from modalprep.fe.readers.output4 import read_output4
 from modalprep.fe.readers.read import read_cells
 from modalprep.suggest import refuse_missing
 

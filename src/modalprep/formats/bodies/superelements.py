@@ -12,7 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment
 from modalprep.errors import InputError
 from modalprep.fe.external.model import unit_factors
-from modalprep.fe.external.output4 import read_output4
+from modalprep.fe.readers.output4 import read_output4
 from modalprep.formats.bodies.described import NOTES, Units
 from modalprep.formats.contractions import moment
 from modalprep.suggest import refuse_missing

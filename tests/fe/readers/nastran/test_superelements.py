@@ -108,7 +108,6 @@ def test_a_part_that_is_moved_into_place(read):
 
 BAD = {
     "no number": (WHOLE + "BEGIN SUPER\n", "the number of the superelement is missing"),
-    "mirrored": (parts(RESIDUAL + "SEMPLN,1,PLANE,2,3,4\n"), "SEMPLN 1: it mirrors a part, which is not read"),
     "moved by a grid that is not there": (
         parts(RESIDUAL + "SELOC,1,6,7,90,6,97,98\n", one=ONE + "GRID,90,,5.,1.,0.\n"),
         r"SELOC 1: grids \[6, 97, 98\] are not in the residual structure",
@@ -119,7 +118,11 @@ BAD = {
     "moved by grids on a line": (parts("".join(GRIDS[5:8]) + "SELOC,1,6,7,8,6,7,8\n"), "lie on one line"),
     "external, number after a space": (
         "CEND\nBEGIN BULK\n" + RESIDUAL + "SEBULK,101,EXTOP4\nBEGIN SUPER      101\n" + ONE,
-        "a part of type EXTOP4 is not read",
+        "its part has no EXTRN, which lists the rows of its matrices",
+    ),
+    "external, without its part": (
+        WHOLE + "SEBULK,9,EXTOP4,,,,,31\n",
+        "SEBULK 9: its part has no grids; INCLUDE its .pch",
     ),
     "external": (parts(RESIDUAL + "SEBULK,1,EXTERNAL\n"), "a part of type EXTERNAL is not read"),
     "not there": (parts(RESIDUAL + "SECONCT,1,0\n,60,6\n"), "grids 60 and 6 cannot be joined"),

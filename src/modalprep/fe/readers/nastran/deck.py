@@ -89,12 +89,14 @@ def read_nastran(
 
 def _mesh_of_parts(path: Path, deck: Deck, units: Units, ignore: set[str], gaps: Gaps | None) -> Mesh:
     parts = sections(deck.entries)
-    if len(parts) == 1:
+    if len(parts) == 1 and not any(entry.name == "SEBULK" for entry in deck.entries):
         mesh = _mesh(path, replace(deck, entries=_with_blocks_alone(deck.entries)), units, ignore, gaps)
     else:
         parts = {number: one_by_one(own) for number, own in parts.items()}
         mesh = read_parts(
+            path,
             parts,
+            units,
             lambda k, own, basic: _mesh(
                 path, replace(deck, entries=own, ended=deck.ended or k > 0), units, ignore, gaps, basic
             ),

@@ -19,8 +19,11 @@ Tables = dict[str, dict[int, Card]]
 FLUID = -1  # CD of a point of the fluid
 
 
-def deck_grids(path: Path, cards: Iterable[Card]) -> Grids | None:
-    """Return the grids among the cards of a deck, with their coordinate systems; None where there is no GRID."""
+def deck_grids(path: Path, cards: Iterable[Card], basic: System = BASIC) -> Grids | None:
+    """Return the grids among the cards of a deck, with their coordinate systems; None where there is no GRID.
+
+    `basic` is where the basic system of a part stands.
+    """
     tables: Tables = {"grid": {}, "system": {}, "SPOINT": {}, "GRDSET": {}}
     for card in cards:
         if card.name == "GRID":
@@ -29,7 +32,7 @@ def deck_grids(path: Path, cards: Iterable[Card]) -> Grids | None:
             tables["system"][card.id] = card
         elif card.name in ("SPOINT", "GRDSET"):
             tables[card.name][len(tables[card.name])] = card
-    return Grids(path, tables) if tables["grid"] else None
+    return Grids(path, tables, basic=basic) if tables["grid"] else None
 
 
 def system_from_points(card: Card, points: np.ndarray) -> System:

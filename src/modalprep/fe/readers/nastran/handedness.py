@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.fe.links.mirror import mirrored_nodes
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.readers.nastran.builder import Builder
 
@@ -12,7 +13,7 @@ def turn_left_handed(b: Builder) -> None:
     """Renumber solids whose edges are left-handed triads at every corner, with a note."""
     turned = [(kind, row) for kind in b.cells if CELLS[kind].dimension == 3 for row in _left_handed(b, kind)]
     for kind, row in turned:
-        b.cells[kind][row] = b.cells[kind].rows[row, mirrored(kind)]
+        b.cells[kind][row] = b.cells[kind].rows[row, mirrored_nodes(kind)]
     if turned:
         kind, row = turned[0]
         first = next(ids[rows.index(row)] for ids, _, of, rows in b.placed if of == kind and row in rows)
@@ -27,16 +28,3 @@ def _left_handed(b: Builder, kind: str) -> list[int]:
         x = b.grids.points[nodes[rows]]
         rows = rows[np.linalg.det(x[:, ends] - x[:, [corner]]) < 0]
     return rows.tolist()
-
-
-def mirrored(kind: str) -> list[int]:
-    """Return the nodes of a solid in the order of its mirror image, the first two coordinates exchanged.
-
-    Examples
-    --------
-    >>> mirrored("tetra"), mirrored("hexahedron")
-    ([0, 2, 1, 3], [0, 3, 2, 1, 4, 7, 6, 5])
-    """
-    x = CELLS[kind].node_coordinates()
-    apart = np.linalg.norm(x[:, [1, 0, 2]][:, None] - x, axis=2)
-    return apart.argmin(axis=1).tolist()
