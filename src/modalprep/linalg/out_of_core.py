@@ -30,7 +30,7 @@ class OutOfCoreFactor:
     forecast : Forecast
         What the factor was to need.
     block : int
-        Right-hand sides for which an eigensolver should ask at once: 16 take 1.3 times the time of 6.
+        Right-hand sides to ask for at once, as the factor is read for each block: 16 take 1.3 times the time of 6.
 
     Parameters
     ----------

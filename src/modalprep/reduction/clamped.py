@@ -73,7 +73,8 @@ class Clamped:
 
     def at_once(self, n: int) -> list[slice]:
         """Return slices that cover n columns, which are solved for at once: a solution needs memory for each."""
-        step = max(LEAST, int(BYTES / (8 * self.K.shape[0])))
+        block = getattr(self.factor, "block", LEAST)  # of one on disk, which is read for each of them
+        step = max(block, int(BYTES / (8 * self.K.shape[0])))
         return [slice(k, min(k + step, n)) for k in range(0, n, step)]
 
     @property
