@@ -3,15 +3,17 @@
     python benchmarks/adjoint.py [--quick]
 
 Chains of hinged bodies fall from rest for half a second, by the explicit method, and by the Rosenbrock method with the
-same fixed steps; the gradient is that of the last angle by eight numbers. Runs and gradients alternate in one process;
-ratios are of medians. Then the systems of `tests/differentiated.py`, whose derivatives are compared with differences of
-runs. Prints tables, then one line of JSON:
+same fixed steps, and with springs, dampers and a bushing between the bodies; the gradient is that of the last angle by
+eight numbers. Runs and gradients alternate in one process; ratios are of medians. Then the systems of
+`tests/differentiated.py`, whose derivatives are compared with differences of runs. Prints tables, then
+one line of JSON:
 
 - `reverse_over_run`: the way back through the steps over the run alone, of ten bodies of ten modes (two of two modes
   with --quick);
 - `gradient_over_run`: the whole call of `gradient`, its own run and all preparations too, over the run;
 - `gradient_over_differences`: the same over differences of sixteen runs;
 - `rosenbrock_gradient_over_run`: the call of `gradient` over the run by the Rosenbrock method, of the same chain;
+- `sprung_gradient_over_run`: the same of the chain with force elements, by the explicit method, by their numbers;
 - `worst`: the largest relative error of any derivative of the systems, by the name of each.
 """
 
@@ -27,7 +29,7 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from chains import chain
+from chains import chain, sprung_chain
 
 import modalprep as mp
 from modalprep.sensitivity import last
@@ -37,6 +39,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from differentiated import CASES, Case
 
 DURATION, STEP, COUNT = 0.5, 2e-3, 8
+OF_SPRINGS = [
+    *(f"{name}.{what}" for name in ("stay", "s0") for what in ("stiffness", "damping", "free_length")),
+    "bush.stiffness.1",
+    "bush.damping.4",
+]
 
 
 def timed(call: Callable[[], object]) -> float:
@@ -46,11 +53,15 @@ def timed(call: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def cost(count: int, modes: int, rounds: int, method: str = "explicit") -> dict[str, float]:
+def of_hinges(count: int) -> list[str]:
+    """Return eight parameters of the joints of a chain."""
+    return [f"j{k}.{what}" for k in range(count) for what in ("angle", "rate", "stiffness", "damping")][:COUNT]
+
+
+def cost(system: mp.System, names: list[str], rounds: int, method: str = "explicit") -> dict[str, float]:
     """Return the costs of a chain, and print them."""
-    system = chain(count, modes)
+    count, modes = len(system.bodies), next(iter(system.bodies.values())).n
     given = {"step": STEP, "rtol": 1e-6, "method": method, "output_step": DURATION}
-    names = [f"j{k}.{what}" for k in range(count) for what in ("angle", "rate", "stiffness", "damping")][:COUNT]
     goal = last(f"j{count - 1}.angle")
     back = []
 
@@ -69,7 +80,8 @@ def cost(count: int, modes: int, rounds: int, method: str = "explicit") -> dict[
         "gradient_over_differences": whole / (2 * len(names) * run),
     }
     text = ", ".join(f"{name} {value:.3g}" for name, value in found.items())
-    print(f"{count:3d} bodies of {modes:2d} modes, {method}: {run * 1e3:9.1f} ms a run, {text}")
+    what = " with springs" * bool(system.loads)
+    print(f"{count:3d} bodies of {modes:2d} modes{what}, {method}: {run * 1e3:9.1f} ms a run, {text}")
     return found
 
 
@@ -89,9 +101,12 @@ def main() -> None:
     quick = parser.parse_args().quick
     warnings.simplefilter("ignore")
     sizes = [(2, 2)] if quick else [(1, 0), (10, 0), (2, 2), (10, 10)]
-    costs = [cost(count, modes, 3 if quick else 9) for count, modes in sizes]
-    stiff = cost(*sizes[-1], 3 if quick else 9, "rosenbrock")
+    rounds = 3 if quick else 9
+    costs = [cost(chain(*size), of_hinges(size[0]), rounds) for size in sizes]
+    stiff = cost(chain(*sizes[-1]), of_hinges(sizes[-1][0]), rounds, "rosenbrock")
     costs[-1]["rosenbrock_gradient_over_run"] = stiff["gradient_over_run"]
+    springs = [cost(sprung_chain(*size), OF_SPRINGS, rounds) for size in sizes if size[0] > 1]
+    costs[-1]["sprung_gradient_over_run"] = springs[-1]["gradient_over_run"]
     names = ["four bar", "bouncing rod"] if quick else list(CASES)
     errors = {}
     for name in names:

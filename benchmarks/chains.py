@@ -12,6 +12,7 @@ import modalprep as mp
 from modalprep.compiler.jit import compile_kernel
 from modalprep.examples import uniform_beam
 from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.model.loads import AxialSpring, Bushing
 from modalprep.multibody.packing.tree import pack
 
 ROUND = 2e-3  # s, of one call in a round: short against what disturbs a machine, long against a clock
@@ -43,6 +44,22 @@ def repeat(count, model, data, y, motion, tau, udot):
     for _ in range(count):
         status = max(status, kernel.accelerations(model, data, y, motion, tau, udot))
     return status
+
+
+def sprung_chain(count: int, modes: int = 0) -> mp.System:
+    """Return such a chain with a spring and damper along each two links, one to the ground, and a bushing."""
+    springs = [
+        AxialSpring(name=f"s{k}", between=(f"l{k}.root", f"l{k + 1}.tip"), stiffness=1e3, damping=5.0, free_length=1.9)
+        for k in range(count - 1)
+    ]
+    stay = AxialSpring(
+        name="stay", between=("ground", f"l{count - 1}.tip"), stiffness=1e2, damping=1.0, free_length=5.0,
+        position=(1.0, 0, 0),
+    )  # fmt: skip
+    ends = f"l{count - 2}.tip", f"l{count - 1}.tip"
+    stiffness, damping = (2e2, 1e2, 3e2, 0, 0, 0), (2.0, 1.0, 3.0, 1.0, 2.0, 3.0)
+    bush = Bushing(name="bush", between=ends, stiffness=stiffness, damping=damping)
+    return chain(count, modes).with_(loads=(*springs, stay, bush))
 
 
 def arguments(system: mp.System) -> tuple:

@@ -13,6 +13,7 @@ from modalprep.examples import uniform_beam
 from modalprep.multibody.model.constraints import Closure
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring, Bushing
+from modalprep.multibody.model.rotational_spring import RotationalSpring
 from modalprep.sensitivity import Objective, changed
 from modalprep.sensitivity.course import Course, Options
 from modalprep.sensitivity.observed import Observer, find_channel
@@ -190,6 +191,34 @@ def mounted():
     return Case(system, channels, names, 0.1, **fixed("generalised_alpha"))
 
 
+def sprung():
+    """A free block with a beam on a hinge and a block at its tip; every kind of force element between them."""
+    turning = {"angular_velocity": (0.3, 0.5, 1.0)}
+    joints = (
+        mp.Joint(name="free", type="free", parent="ground", child="block", **turning),
+        mp.Joint(
+            name="wrist", type="revolute", parent="block.tip", child="arm", axis=(0, 1, 0), angle=0.3, rate=0.7,
+            elements=HingeElement(stiffness=20.0, damping=0.3),
+        ),
+        mp.Joint(name="ball", type="spherical", parent="arm.tip", child="end", **turning),
+    )  # fmt: skip
+    stiff = {"stiffness": (2e3, 1e3, 3e3, 50.0, 60.0, 70.0), "damping": (20.0, 10.0, 30.0, 1.1, 2.1, 0.1)}
+    tie = {"stiffness": 300.0, "damping": 7.0, "free_length": 0.4, "actuator_force": "3*sin(20*t)"}
+    coil = {"stiffness": 30.0, "damping": 2.0}
+    loads = (
+        AxialSpring(name="tie", between=("block.root", "arm.tip"), **tie),
+        Bushing(name="mount", between=("ground", "block.root"), **stiff),
+        Bushing(name="bush", between=("arm.tip", "end.tip"), free_position=(1.0, 0.2, 0), **stiff),
+        RotationalSpring(name="coil", between=("block.root", "arm.tip"), axis=(0.6, 0, 0.8), **coil),
+        RotationalSpring(name="spiral", between=("ground", "end.tip"), axis=(0, 0, 1), **coil),
+        mp.PointForce(name="jet", at="arm.tip", force=("0", "30 + 9*t", "5"), torque=("1", "2", "3"), axes="body"),
+    )
+    bodies = {"block": block(), "arm": uniform_beam(modes=2), "end": block("end")}
+    system = mp.System(bodies=bodies, joints=joints, loads=loads, gravity=(0, 0, -9.81))
+    names = ["tie.stiffness", "tie.free_length", "bush.damping.5", "coil.stiffness", "jet.amplitude", "wrist.angle"]
+    return Case(system, ["wrist.angle", "free.quaternion.2", "arm.modal.1", "tie.tension"], names, 0.04)
+
+
 def rubbing(**options):
     """A block that rubs in its hinge and is turned back by a stop, with a beam behind it."""
     stop = HingeElement(
@@ -221,6 +250,7 @@ CASES = {
     "elastic slider crank": crank_slider,
     "from equilibrium": hanging,
     "bushing by generalised-alpha": mounted,
+    "springs between all bodies": sprung,
     "chain by rosenbrock": lambda: chain(**fixed("rosenbrock")),
     "satellite by rosenbrock": lambda: satellite(**fixed("rosenbrock")),
     "rubbing stop": rubbing,

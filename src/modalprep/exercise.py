@@ -58,6 +58,7 @@ def solver(kind: str) -> None:
         _analyses,
         _slopes,
         partial(_gradient, "explicit"),
+        _gradient_of_springs,
         partial(_gradient, "rosenbrock"),
     ):
         with suppress(ModalprepError):  # not all of them can be had of every system
@@ -168,6 +169,13 @@ def _gradient(method: str, system: System) -> None:
     from modalprep.sensitivity.objective import last
 
     gradient(system, last("hinge.angle"), ["hinge.angle", "gravity.y"], 1e-3, method=method)
+
+
+def _gradient_of_springs(system: System) -> None:
+    from modalprep.multibody.model.loads import AxialSpring
+
+    spring = AxialSpring(name="spring", between=("ground", "rod.tip"), stiffness=1.0)
+    _gradient("explicit", system.with_(loads=(spring,)))
 
 
 def jobs() -> dict[str, Callable[[], None]]:

@@ -7,6 +7,7 @@ from differentiated import CASES, bouncing_rod, chain, four_bar, mounted, satell
 import modalprep as mp
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.multibody.model.loads import AxialSpring
 from modalprep.sensitivity import Objective, Parameter, last, squares
 from modalprep.sensitivity.parameters import find
 
@@ -64,6 +65,17 @@ def test_a_parameter_of_a_user_is_any_change():
     p = Parameter(name="p", value=1.0, change=stiffer)
     found = mp.run_sensitivities(oscillator(), ["slide.displacement"], [p], 0.4, times=[0.1, 0.4])
     assert found.of("slide.displacement", "p") == pytest.approx(-2.5 * found.time * np.sin(5 * found.time), rel=1e-7)
+
+
+def test_stiffness_does_not_count_where_a_damper_holds_a_spring_slack():
+    """The damper of 60 N of a rope of 50 N would push: nothing pulls, but 40 N would at twice the stiffness."""
+    ball = mp.rigid_body("ball", mass=4.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    slide = mp.Joint(name="slide", type="prismatic", parent="ground", child="ball", displacement=2.0, speed=-6.0)
+    given = {"stiffness": 100.0, "damping": 10.0, "free_length": 1.5, "tension_only": True}
+    rope = AxialSpring(name="rope", between=("ground", "ball.root"), **given)
+    system = mp.System(bodies={"ball": ball}, joints=(slide,), loads=(rope,))
+    found = mp.gradient(system, last("slide.displacement"), ["rope.stiffness", "slide.speed"], 1e-3, output_step=1e-3)
+    assert found.vector == pytest.approx([0.0, 1e-3], rel=1e-9)
 
 
 def test_knots_of_a_drive_count_at_rest():

@@ -48,7 +48,18 @@ class Neighbours(NamedTuple):
 
     def derivative(self, found: Sequence[np.ndarray]) -> np.ndarray:
         """Return the derivative of what was found for the systems, one by one."""
-        return sum((w * each for w, each in zip(self.weights, found, strict=True)), np.zeros_like(found[0]))
+        return weighted(self.weights, found)
+
+
+def weighted(weights: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the sum of some values of one shape with their weights.
+
+    Examples
+    --------
+    >>> weighted(np.array([-1.0, 2.0]), [np.ones(2), np.arange(2.0)])
+    array([-1.,  1.])
+    """
+    return sum((w * each for w, each in zip(weights, values, strict=True)), np.zeros_like(values[0]))
 
 
 def neighbours(system: System, parameter: Parameter) -> Neighbours:

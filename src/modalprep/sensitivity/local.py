@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +18,7 @@ from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack_changed
-from modalprep.sensitivity.differences import LINEAR, Neighbours, neighbours
+from modalprep.sensitivity.differences import LINEAR, Neighbours, neighbours, weighted
 from modalprep.sensitivity.parameters import Parameter
 from modalprep.sensitivity.tangent_maps import Kinematics, Layout
 
@@ -28,15 +30,14 @@ class Moment(NamedTuple):
     stretch: tuple[float, float]
 
 
-class Beside(NamedTuple):
+@dataclass(frozen=True)
+class Beside:
     """Systems along a parameter that changes its forces.
 
     Attributes
     ----------
     number : int
         Of the parameter.
-    found : Neighbours
-        Those for what may depend on it in any way.
     evaluators, weights : tuple of Evaluator, (k,)
         Those for its forces, and the weights of their derivative.
     moves_loops : bool
@@ -44,14 +45,20 @@ class Beside(NamedTuple):
     """
 
     number: int
-    found: Neighbours
+    system: System
+    parameter: Parameter
     evaluators: tuple[Evaluator, ...]
     weights: np.ndarray
     moves_loops: bool
 
+    @cached_property
+    def found(self) -> Neighbours:
+        """Systems for what may depend on the parameter in any way."""
+        return neighbours(self.system, self.parameter)
+
     def derivative(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """Return the derivative of what was found by the evaluators, one by one."""
-        return self.found._replace(weights=self.weights).derivative(values)
+        return weighted(self.weights, values)
 
 
 class Model:
@@ -81,17 +88,17 @@ class Model:
                 self.beside.append(self._along(k, each, until))
 
     def _along(self, number: int, parameter: Parameter, until: float) -> Beside:
-        found = neighbours(self.system, parameter)
-        for other in found.systems:
-            pack_changed(other, self.system)
         if parameter.is_linear:
-            beside = parameter.change(self.system, parameter.value + parameter.step)
-            pack_changed(beside, self.system)
-            other = Evaluator(beside, until=until)
             weights = np.array(LINEAR.weights) / parameter.step
-            return Beside(number, found, (self.evaluator, other), weights, moves_loops=False)
-        evaluators = tuple(Evaluator(other, until=until) for other in found.systems)
-        return Beside(number, found, evaluators, found.weights, moves_loops=True)
+            other = self._evaluator(parameter.change(self.system, parameter.value + parameter.step), until)
+            return Beside(number, self.system, parameter, (self.evaluator, other), weights, moves_loops=False)
+        found = neighbours(self.system, parameter)
+        evaluators = tuple(self._evaluator(other, until) for other in found.systems)
+        return Beside(number, self.system, parameter, evaluators, found.weights, moves_loops=True)
+
+    def _evaluator(self, other: System, until: float) -> Evaluator:
+        pack_changed(other, self.system)
+        return Evaluator(other, until=until)
 
     def restore(self, state: SystemState) -> None:
         """Let closed loops keep what they keep in a state."""

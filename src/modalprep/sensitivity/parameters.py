@@ -20,7 +20,7 @@ from modalprep.suggest import suggestion
 OF_MODES = {"mode_stiffness": "K", "mode_damping": "D"}
 OF_START = {"modal": "modes_of", "modal_rate": "modal_rates_of"}
 MASS = "mass"
-LINEAR = ("stiffness", "damping", "friction", "limit_stiffness")
+LINEAR = ("stiffness", "damping", "friction", "limit_stiffness", "free_length", "free_position")
 SCALED = ("m", "s0", "E0")  # in proportion to the mass
 
 
@@ -197,13 +197,15 @@ def _of_record(system: System, name: str) -> Parameter:
         change=lambda other, value: (one if other is system else Parameters(other, [name])).change([value]),
         size=size,
         is_start=start,
-        is_linear=_is_linear(place),
+        is_linear=_is_linear(system, place),
     )
 
 
-def _is_linear(place: Place) -> bool:
-    """Whether forces are linear in a number: gravity, stiffness and damping of joints, springs and bushings."""
-    return place.row < 0 or (place.table in ("joints", "loads") and place.field in LINEAR)
+def _is_linear(system: System, place: Place) -> bool:
+    """Whether forces are linear in a number: gravity, what springs and dampers have that cannot go slack."""
+    if place.row < 0 or place.table not in ("joints", "loads") or place.field not in LINEAR:
+        return place.row < 0
+    return not getattr(getattr(system, place.table)[place.row], "tension_only", False)
 
 
 def _value_and_size(system: System, place: Place, name: str) -> tuple[float, float | None]:

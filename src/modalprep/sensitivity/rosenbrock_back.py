@@ -137,7 +137,7 @@ def _stage_back(eq, i, h, steps, row, back, work):
         work.by_linear[0, u] += push[u] * (work.place[i, u] + wide * wide * found)
         work.by_linear[1, u] += push[u] * (work.rate[i, u] + wide * found)
         total[u] -= wide * eq.linear[0, u] * push[u]
-    products(eq, i, push, back)
+    products(eq, i, steps.time[row], push, back)
     pull_rates(model, moved, bar, back.by_x, back.by_u, back.own)
     for u in range(len(push)):
         back.own[nx + u] = total[u] - back.by_u[u]

@@ -22,8 +22,9 @@ from modalprep.multibody.kernels.modal import add_modal_loads
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.tangents.data import Sweep
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
-from modalprep.multibody.kernels.tangents.pulled_back import Pulled, pull_back
+from modalprep.multibody.kernels.tangents.pulled_back import Pulled, pull_inward, pull_outward
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_lengths, pull_rates
+from modalprep.sensitivity.force_back import Ends, forces_back
 
 
 @by_address
@@ -75,6 +76,7 @@ class Back(NamedTuple):
     kept: Kept
     work: Sweep
     pulled: Pulled
+    ends: Ends | None  # of force elements
     rates: np.ndarray  # (12, nx + nu + 1) of the stages
     bars: np.ndarray  # (12, nx + nu) gradients by them
     raw: np.ndarray  # (nx + nu + 1,) state at the end, quaternions as they came
@@ -237,18 +239,20 @@ def _stage_back(eq, i, steps, row, back, bar):
     """Write the gradient by the state of stage i to `own`, by that of its rates."""
     nx, push = eq.model.nx, steps.push[row]
     accelerate(eq, bar[nx : nx + len(push)], push)
-    products(eq, i, push, back)
+    products(eq, i, steps.time[row], push, back)
     for u in range(len(push)):
         back.joints[0] += push[u] * eq.tau[u]
     pull_rates(eq.model, steps.states[row], bar, back.by_x, back.by_u, back.own)
 
 
 @compile_kernel
-def products(eq, i, push, back):
+def products(eq, i, t, push, back):
     """Write what push (nu,) makes of the derivatives by coordinates and speeds at stage i, after its solution."""
     restore(eq, back.kept, i)
     outward_tangents(eq.model, eq.data, back.work)
-    pull_back(eq.model, eq.data, back.work, back.pulled, push, back.by_x, back.by_u)
+    pull_outward(eq.model, eq.data, back.work, back.pulled, push)
+    forces_back(back.ends, eq, t, back.work, back.pulled)
+    pull_inward(eq.model, eq.data, back.work, back.pulled, back.by_x, back.by_u)
     for u in range(len(push)):
         back.by_x[u] -= eq.slope[0, u] * push[u]
         back.by_u[u] -= eq.slope[1, u] * push[u]

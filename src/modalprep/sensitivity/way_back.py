@@ -15,6 +15,7 @@ from modalprep.multibody.integration import driver, rosenbrock
 from modalprep.multibody.integration.dop853_table import STAGES
 from modalprep.multibody.kernels.tangents.pulled_back import new_pulled
 from modalprep.multibody.model.system import System
+from modalprep.sensitivity.force_back import KNOWN, ends_of, only_elements_differ
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Model
 from modalprep.sensitivity.rosenbrock_back import Implicit, rosenbrock_back
@@ -25,8 +26,10 @@ MOST = 2**20  # numbers that are kept of the stages of some steps
 
 
 def applies(system: System) -> bool:
-    """Whether compiled code goes back: nothing acts but gravity, joints' elements and prescribed motions."""
-    return not (system.closures or system.loads or system.orbit or system.depletions)
+    """Whether compiled code goes back: a tree on which nothing acts but gravity and the commonest force elements."""
+    return not (system.closures or system.orbit or system.depletions) and all(
+        isinstance(e, KNOWN) for e in system.loads
+    )
 
 
 class WayBack:
@@ -43,8 +46,11 @@ class WayBack:
         nx, nu, packed = model.nx, model.nu, model.packed
         self.ny = ny = nx + nu
         self.at_once = max(1, MOST // (STAGES * (ny + 2 * nu)))
-        self.own = _equations(model.evaluator)
-        self.stages = Stages(*(self._stage(self.own) for _ in range(STAGES)))
+        self.known: dict[int, Equations] = {}  # of the system and those beside it, by their evaluators
+        own = self._equations(model.evaluator)
+        self.sprung = [each for each in model.evaluators[1:] if each is not model.evaluator and self._is_sprung(each)]
+        self.ends = ends_of(model.evaluator, self.sprung)
+        self.stages = Stages(*(self._stage(own) for _ in range(STAGES)))
         self.force = np.empty(nu)
         modal = self.stages.s0.data.modal
         rows, rates = (np.zeros((1, 6, 1)), np.zeros((1, 1))) if modal is None else (modal.M_rf, modal.qdd)
@@ -56,8 +62,9 @@ class WayBack:
                 M_rf=np.empty((STAGES, *rows.shape)),
                 qdd=np.empty((STAGES, *rates.shape)),
             ),
-            work=packed.sweep(),
+            work=packed.sweep(0 if self.ends is None else len(self.ends.rows)),
             pulled=new_pulled(packed.model),
+            ends=self.ends,
             rates=np.empty((STAGES, ny + 1)),
             bars=np.empty((STAGES, ny)),
             raw=np.empty(ny + 1),
@@ -77,7 +84,14 @@ class WayBack:
         )
         rough = any(e.friction or e.limited for joint in model.system.joints for e in joint.elements)
         self.methods = {driver.EXPLICIT: STAGES} | ({} if rough else {driver.ROSENBROCK: rosenbrock.STAGES})
-        self.others = {id(each): _equations(each) for along in model.beside for each in along.evaluators}
+
+    def _is_sprung(self, other: Evaluator) -> bool:
+        """Whether a system beside this one has other springs or bushings, and is the same otherwise."""
+        own = self.model.evaluator
+        return bool(own.system.loads) and self._has_own_tree(other) and only_elements_differ(own, other)
+
+    def _has_own_tree(self, other: Evaluator) -> bool:
+        return other.packed.model is self.model.packed.model
 
     def _stage(self, own: Equations) -> Equations:
         nu = self.model.nu
@@ -106,6 +120,8 @@ class WayBack:
         self.model.at(steps[0].begin)
         method = steps[0].method
         kept = self._kept(steps, after)
+        if self.ends is not None:
+            self.ends.products[:] = 0.0
         found = np.zeros_like(bar)
         found[: self.ny] = bar[: self.ny]
         if self._go_back(method, kept, found[: self.ny]) != GOOD:
@@ -146,13 +162,18 @@ class WayBack:
         own = self.model.evaluator
         if evaluator is own:
             return 0.0
-        if evaluator.packed.model is self.model.packed.model:  # all but functions of time and joints' elements
-            return float(self.back.joints[0]) - hinge_product(self.others[id(evaluator)], kept, len(kept.time))
-        for each, eq in ((own, self.own), (evaluator, self.others[id(evaluator)])):
+        if evaluator in self.sprung:
+            assert self.ends is not None
+            return -float(self.ends.products[self.sprung.index(evaluator)])
+        if self._has_own_tree(evaluator) and evaluator.system.loads == own.system.loads:  # but for joints' elements
+            return float(self.back.joints[0]) - hinge_product(self._equations(evaluator), kept, len(kept.time))
+        for each in (own, evaluator):
             if id(each) not in known:
-                known[id(each)] = force_product(eq, kept, len(kept.time), self.force)
+                known[id(each)] = force_product(self._equations(each), kept, len(kept.time), self.force)
         return known[id(evaluator)] - known[id(own)]
 
-
-def _equations(evaluator: Evaluator) -> Equations:
-    return build_equations(evaluator.packed, evaluator.loading, evaluator.data)
+    def _equations(self, evaluator: Evaluator) -> Equations:
+        """Return the equations of the system, or of one beside it, which are made once."""
+        if id(evaluator) not in self.known:
+            self.known[id(evaluator)] = build_equations(evaluator.packed, evaluator.loading, evaluator.data)
+        return self.known[id(evaluator)]

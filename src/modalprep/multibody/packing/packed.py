@@ -158,8 +158,8 @@ class Packed:
         parts = {name: Pattern(getattr(new.modal, name)) for name, own in records.items() if own}
         return Pattern(new), Pattern(new.modal), parts
 
-    def sweep(self) -> Sweep:
-        """Return new work of the derivatives of the inverse dynamics.
+    def sweep(self, more: int = 0) -> Sweep:
+        """Return new work of the derivatives of the inverse dynamics; `more` as `new_sweep` has it.
 
         Raises
         ------
@@ -171,6 +171,8 @@ class Packed:
                 "exact derivatives of the equations of motion do not know bodies of stations (large_deflection) yet; "
                 "build them with large_deflection = false"
             )
+        if more:
+            return new_sweep(self.model, more)
         sweep, modes, parts = self._sweep
         if modes is None:
             return sweep.copy()

@@ -115,8 +115,8 @@ class Sweep(NamedTuple):
     modes: Modes | None
 
 
-def new_sweep(model: Model) -> Sweep:
-    """Return the work of a model.
+def new_sweep(model: Model, more: int = 0) -> Sweep:
+    """Return the work of a model, with places of so many more interfaces than those to which joints are attached.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def new_sweep(model: Model) -> Sweep:
         frames,
         np.zeros((places, COLUMN)),
         np.zeros((ROW, places)),
-        None if model.modal is None else _modes(model),
+        None if model.modal is None else _modes(model, more),
     )
 
 
@@ -169,11 +169,16 @@ def _preorder(parents: np.ndarray) -> list[int]:
     return found
 
 
-def _modes(model: Model) -> Modes:
+def first_place(model: Model) -> int:
+    """Return the first place of the work for interfaces to which no joint is attached."""
+    return int(model.links["phi"].max()) + 1
+
+
+def _modes(model: Model, more: int) -> Modes:
     assert model.modal is not None
     N = model.modal.K.shape[1]
     slots = int(model.links["slot"].max()) + 1
-    ends = int(model.links["phi"].max()) + 3
+    ends = first_place(model) + more + 2
     bends = {name: (ends, 12, N) for name in ("Dq", "Dqd", "Dqdd", "dp", "rate_q", "acceleration_q")}
     bends |= {"rows": (ends, 3, N), **dict.fromkeys(("p", "rate", "acceleration", "along", "bow"), (ends, 12))}
     turns = {name: (ends, 3, N) for name in ("v_q", "spin_q", "w_q", "wd_q", "wd_qd")}

@@ -47,6 +47,8 @@ PULLED = np.dtype(
         # of the link and its descendants, which the inward sweep adds
         ("momentum", np.float64, 6),  # inertia times twist
         ("spin", np.float64, 3),  # what the spin feels of the twists
+        ("placed", np.float64, 6),  # products by displacement and rotation of what acts there
+        ("moving", np.float64, 6),  # by velocity and angular velocity
     ]
 )
 
@@ -67,13 +69,19 @@ def new_pulled(model: Model) -> Pulled:
 
 
 @compile_kernel
-def pull_back(model, data, work, pulled, w, by_x, by_u):
-    """Write ``w' K`` and ``w' D`` (nu,) of the derivatives by coordinates and speeds; after `outward_tangents`.
-
-    The wrenches of the work become those of all that a link carries.
-    """
+def pull_outward(model, data, work, pulled, w):
+    """Write the twists of w (nu,), and what each link by itself makes of them; after `outward_tangents`."""
     for i in range(len(model.links)):
         _outward(work.modes, model, data, work, pulled, i, w)
+
+
+@compile_kernel
+def pull_inward(model, data, work, pulled, by_x, by_u):
+    """Write ``w' K`` and ``w' D`` (nu,) of the derivatives by coordinates and speeds; after `pull_outward`.
+
+    What acts on links and interfaces may have been added between the two. The wrenches of the work become those of all
+    that a link carries.
+    """
     for i in range(len(model.links) - 1, -1, -1):
         _own_modes(work.modes, model, work, pulled, i, by_x, by_u)
         _joint(model, work, pulled, i, by_x, by_u)
@@ -102,6 +110,7 @@ def _outward(modes, model, data, work, pulled, i, w):
             spin = add3(spin, turning)
     put_twist(own.momentum, 0, (f, t))
     put3(own.spin, spin)
+    own.placed[:] = own.moving[:] = 0.0
 
 
 @compile_inline
@@ -193,12 +202,15 @@ def _joint(model, work, pulled, i, by_x, by_u):
     """Write the products of the speeds of link i's joint."""
     link, frame, own = model.links[i], work.frames[i], pulled.links[i]
     momentum, spin = get6(own.momentum), get3(own.spin)
+    placed, moving = get6(own.placed), get6(own.moving)
     for s in range(link.uq - link.u):
         column = work.columns[frame.first + s]
         f, t = turned_wrench(frame.wrench, take3(column, 0), take3(column, 3))
         turned = dot3(get3(own.held), f) + dot3(get_angular(own.held), t)
-        by_x[link.u + s] = dot6(take6(column, 12), momentum) + dot3(take3(column, 9), spin) + turned
+        acting = dot6(take6(column, 0), placed) + dot6(take6(column, 6), moving)
+        by_x[link.u + s] = dot6(take6(column, 12), momentum) + dot3(take3(column, 9), spin) + turned + acting
         by_u[link.u + s] = dot6(take6(column, 18), momentum) + dot3(take3(column, 3), spin)
+        by_u[link.u + s] += dot6(take6(column, 0), moving)
 
 
 @compile_inline
@@ -209,14 +221,16 @@ def _to_parent(modes, model, data, work, pulled, i):
     arm = _arm(model, data, i)
     if modes is not None:
         if link.phi >= 0:
-            _parent_modes(model, data, work, pulled, i, arm)
+            pull_modes(model, data, work, pulled, link.parent, link.interface, link.phi, arm, frame.wrench, own)
     put3(to.spin, add3(get3(to.spin), get3(own.spin)))
-    _add_wrench(to.momentum, own.momentum, arm)
-    _add_wrench(parent.wrench, frame.wrench, arm)
+    add_wrench_at(to.momentum, own.momentum, arm)
+    add_wrench_at(to.placed, own.placed, arm)
+    add_wrench_at(to.moving, own.moving, arm)
+    add_wrench_at(parent.wrench, frame.wrench, arm)
 
 
 @compile_inline
-def _add_wrench(out, wrench, arm):
+def add_wrench_at(out, wrench, arm):
     """Add a wrench at the end of an arm."""
     f, t = get3(wrench), get_angular(wrench)
     put3(out, add3(get3(out), f))
@@ -224,28 +238,34 @@ def _add_wrench(out, wrench, arm):
 
 
 @compile_kernel
-def _parent_modes(model, data, work, pulled, i, arm):
-    """Add what link i and all that it carries do to the products of the modes of its parent."""
-    link, frame, own = model.links[i], work.frames[i], pulled.links[i]
-    p, s = link.parent, model.links[link.parent].slot
+def pull_modes(model, data, work, pulled, p, node, k, arm, wrench, own):
+    """Add what acts at an interface of link p, place k of the work, to the products of the modes of its body.
+
+    The wrench (6,), and momentum, spin and what acts there of `own`, stand at the end of an arm from link p. They turn
+    with the interface but for those by motion.
+    """
+    s = model.links[p].slot
     bends, turns = work.modes.bends, work.modes.turns
     base = get9(data.links[p].orientation)
-    to_end = times(base, add3(free_position(model, p, link.interface), get3(bends.p[link.phi])))
+    to_end = times(base, add3(free_position(model, p, node), get3(bends.p[k])))
     rest = sub3(arm, to_end)
-    f = get3(frame.wrench)
-    t = add3(get_angular(frame.wrench), cross(rest, f))
-    columns, out = turns.columns[link.phi], pulled.modes[:, s]
+    f = get3(wrench)
+    t = add3(get_angular(wrench), cross(rest, f))
+    columns, out = turns.columns[k], pulled.modes[:, s]
     twist = get3(pulled.links[p].twist), get_angular(pulled.links[p].twist)
     momentum, spin = get6(own.momentum), get3(own.spin)
+    placed, moving = get6(own.placed), get6(own.moving)
     for b in range(0, model.links[p].modes, WIDTH):
         turn = rows3(columns, 3, b)
         moved = sub3(rows3(columns, 0, b), cross(turn, rest))
         force = cross(turn, f)
         torque = add3(add3(cross(turn, t), cross(moved, f)), cross(to_end, force))
+        J = rows6(columns, 0, b)
         x = dot6(momentum, rows6(columns, 12, b)) + dot3(spin, rows3(columns, 9, b))
         x = x + dot3(twist[0], force) + dot3(twist[1], torque)
-        y = dot6(momentum, rows6(columns, 18, b)) + dot3(spin, turn)
+        x = x + dot6(placed, J) + dot6(moving, rows6(columns, 6, b))
+        y = dot6(momentum, rows6(columns, 18, b)) + dot3(spin, turn) + dot6(moving, J)
         put_lanes(out[1], b, get_lanes(out[1], b) + x)
         put_lanes(out[2], b, get_lanes(out[2], b) + y)
     f, t = transposed_times(base, f), transposed_times(base, t)
-    add_turn_curvature(model, bends, turns, p, link.interface, link.phi, f, t, work.modes.bodies.by_q[s, 6:])
+    add_turn_curvature(model, bends, turns, p, node, k, f, t, work.modes.bodies.by_q[s, 6:])
