@@ -260,7 +260,8 @@ def _springs(ends, packed, tables, t):
         spring_back(c, tension, a, b)
     for k in range(len(ends.of_springs)):
         c, of = ends.other_springs[k], ends.of_springs[k]
-        a, b = ends.rows[ends.springs[of.element, 0]], ends.rows[ends.springs[of.element, 1]]
+        a = ends.rows[ends.springs[of.element, 0]]
+        b = ends.rows[ends.springs[of.element, 1]]
         _on_ground(ends, get3(c.position), UNIT9)
         f, _ = _spring(c, tables, t, a, b)
         power = dot3(f, sub3(get3(a.twist), get3(b.twist)))
@@ -281,7 +282,9 @@ def _bushing(c, a, b):
 def _bushings(ends, packed):
     """Go back through bushings; the power of those of neighbours is added to the products."""
     for i in range(len(packed)):
-        c, a, b = packed[i], ends.rows[ends.bushings[i, 0]], ends.rows[ends.bushings[i, 1]]
+        c = packed[i]
+        a = ends.rows[ends.bushings[i, 0]]
+        b = ends.rows[ends.bushings[i, 1]]
         _on_ground(ends, get3(c.position), get9(c.rotation))
         f, m, back, ends.power_of_bushings[i] = _bushing(c, a, b)
         _push(a, scaled3(-1.0, f), back)
@@ -289,7 +292,8 @@ def _bushings(ends, packed):
         bushing_back(c, a, b)
     for k in range(len(ends.of_bushings)):
         c, of = ends.other_bushings[k], ends.of_bushings[k]
-        a, b = ends.rows[ends.bushings[of.element, 0]], ends.rows[ends.bushings[of.element, 1]]
+        a = ends.rows[ends.bushings[of.element, 0]]
+        b = ends.rows[ends.bushings[of.element, 1]]
         _on_ground(ends, get3(c.position), get9(c.rotation))
         _, _, _, power = _bushing(c, a, b)
         ends.products[of.product] += power - ends.power_of_bushings[of.element]
@@ -299,7 +303,9 @@ def _bushings(ends, packed):
 def _rotational(ends, packed):
     """Go back through rotational springs."""
     for i in range(len(packed.rows)):
-        c, a, b = packed.rows[i], ends.rows[ends.rotational[i, 0]], ends.rows[ends.rotational[i, 1]]
+        c = packed.rows[i]
+        a = ends.rows[ends.rotational[i, 0]]
+        b = ends.rows[ends.rotational[i, 1]]
         _on_ground(ends, ZERO3, get9(c.rotation))
         angle, G = twist(get9(a.rotation), get9(b.rotation), get3(c.axis))
         rate = dot3(G, axpy3(get3(b.omega), -1.0, get3(a.omega)))

@@ -31,7 +31,8 @@ from modalprep.multibody.kernels.algebra.tuples import (
 @compile_kernel
 def spring_back(c, tension, a, b):
     """Go back through an `AxialSpring` that draws its ends together by its tension."""
-    apart, speed = sub3(get3(b.position), get3(a.position)), sub3(get3(b.velocity), get3(a.velocity))
+    apart = sub3(get3(b.position), get3(a.position))
+    speed = sub3(get3(b.velocity), get3(a.velocity))
     length = np.sqrt(dot3(apart, apart))
     if length <= 0.0 or (c.tension_only and tension <= 0.0):
         return
@@ -71,9 +72,12 @@ def bushing_back(c, a, b):
     """Go back through a `Bushing`: in axes of its first frame ``P = F . z + M . o`` of the relative velocities z, o."""
     R = get9(a.rotation)
     r = _seen(R, get3(a.position), get3(b.position))
-    V, w = _seen(R, get3(a.velocity), get3(b.velocity)), _seen(R, get3(a.omega), get3(b.omega))
-    Z, o = _seen(R, get3(a.twist), get3(b.twist)), _seen(R, get_angular(a.twist), get_angular(b.twist))
-    s, q = transposed_times(R, get3(a.omega)), transposed_times(R, get_angular(a.twist))
+    V = _seen(R, get3(a.velocity), get3(b.velocity))
+    w = _seen(R, get3(a.omega), get3(b.omega))
+    Z = _seen(R, get3(a.twist), get3(b.twist))
+    o = _seen(R, get_angular(a.twist), get_angular(b.twist))
+    s = transposed_times(R, get3(a.omega))
+    q = transposed_times(R, get_angular(a.twist))
     v, z = sub3(V, cross(s, r)), sub3(Z, cross(q, r))
     k, d = c.stiffness, c.damping
     x, g = _bent(c, R, get9(b.rotation))
@@ -149,7 +153,8 @@ def rotational_back(knots, c, a, b):
     G = transposed_times(R, direction)
     if dot3(G, G) == 0.0:
         return
-    w, o = _seen(R, get3(a.omega), get3(b.omega)), _seen(R, get_angular(a.twist), get_angular(b.twist))
+    w = _seen(R, get3(a.omega), get3(b.omega))
+    o = _seen(R, get_angular(a.twist), get_angular(b.twist))
     _, spring, stiffness = curve(knots, c.spring[0], c.spring[1], angle - c.free_angle)
     _, damper, damping = curve(knots, c.damper[0], c.damper[1], dot3(G, w))
     torque, along = spring + damper, dot3(G, o)
