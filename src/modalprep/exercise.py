@@ -73,7 +73,7 @@ def _kernels(system: System) -> Iterator[tuple[Any, tuple]]:
     from modalprep.multibody.integration import driver
     from modalprep.multibody.integration.stepping import new_run
     from modalprep.multibody.integration.watching import new_watch
-    from modalprep.multibody.kernels import articulated_body, energy, interfaces, joints, newton_euler
+    from modalprep.multibody.kernels import articulated_body, energy, interfaces, joints, newton_euler, responses
     from modalprep.multibody.kernels.loads import variable_mass
     from modalprep.multibody.kernels.tangents import frames
     from modalprep.multibody.packing.free_parts import part_of_links
@@ -115,6 +115,10 @@ def _kernels(system: System) -> Iterator[tuple[Any, tuple]]:
     yield interfaces.add_wrench, (model, data, 0, 0, vector, vector)
     yield energy.body_sums, (model, data, 0)
     yield newton_euler.required_forces, (model, data, u, u)
+    work, forces = responses.new_responses(model, e.nu), np.zeros((e.nu, 1))
+    yield responses.prepare, (model, data, work)
+    yield responses.respond, (model, data, 1.0, forces, forces, 0, 0, u, u, work)
+    yield responses.mean_response, (model, data, u, forces, u, work)
     if any(body.n for body in system.bodies.values()):
         yield frames.field_tangent, (model, data, packed.sweep(), 0, np.zeros(3), np.zeros(9))
     if loading.loops:

@@ -46,12 +46,16 @@ class Kernel(Stamped):
             args = signature(self.py_func).bind(*args, **named).args
         key = tuple(map(layout, args))
         if key not in self.entries:
-            self.entries[key] = self.entry(args) or (self.dispatcher if has_numba() else self._in_python())
+            self.entries[key] = self.entry(args) or (self._made(args) if has_numba() else self._in_python())
         return self.entries[key](*args)
 
     def entry(self, first: Sequence[Any], rest: Sequence[type] = ()) -> Callable | None:
         """Return the function of the library for arguments, and numbers of some types; None if it has none."""
         return entry_of(self, [*map(written, first), *(written(kind(0)) for kind in rest)])
+
+    def _made(self, args: Sequence[Any]) -> Callable:
+        """Return the function that numba makes for arguments: without its dispatcher, which asks for types again."""
+        return _compiled(self, args, ()) if fast() else self.dispatcher
 
     def _in_python(self) -> Callable:
         if loaded() is None:

@@ -17,7 +17,7 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import GivenAccelerations, SystemTangent
 from modalprep.multibody.elements.registry import KINDS as ELEMENTS
 from modalprep.multibody.elements.registry import pack_loads
-from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.evaluation.evaluator import LAST, Evaluator
 from modalprep.multibody.kernels.tangents.inward import inward_tangents
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_back import new_pulled, pull_back
@@ -112,6 +112,42 @@ def test_work_and_results_are_used_again():
     swept(1, *again)
     for found, expected in zip(swept(2, *again), swept(2, packed.sweep(), *np.zeros((3, nu, nu))), strict=True):
         np.testing.assert_array_equal(found, expected)
+
+
+def test_nothing_is_left_of_calls_before():
+    """The evaluator of the last call is used again for the same system and time: bit for bit as a new one."""
+    systems = [without_callbacks(loaded_tree(seed)) for seed in (1, 2)]
+    cases = [(each, random_motion(each, 1)[1], t) for each in systems for t in (0.0, T)]
+
+    def matrices(system, y, t):
+        linear = mp.linearise(system, y, t, inputs=["b0.a.force.x"])
+        return np.hstack([linear.A, linear.B])
+
+    expected = []
+    for case in cases:
+        LAST.clear()
+        expected.append(matrices(*case))
+    for k in (0, 2, 1, 1, 3, 2, 0):
+        np.testing.assert_array_equal(matrices(*cases[k]), expected[k])
+
+
+@pytest.mark.parametrize("branches", [False, True])
+def test_all_that_speeds_of_a_branch_do_is_written(branches):
+    """Matrices of chains need no zeros; those of trees with branches do."""
+    places = ("free", "ground"), ("revolute", "b0.tip"), ("spherical", "b0.root" if branches else "b1.tip")
+    joints = [
+        mp.Joint(name=f"j{k}", type=kind, parent=parent, child=f"b{k}") for k, (kind, parent) in enumerate(places)
+    ]
+    bodies = {f"b{k}": uniform_beam(modes=modes) for k, modes in enumerate((5, 2, 3))}
+    system = mp.System(bodies=bodies, joints=tuple(joints))
+    packed = pack(system)
+    evaluator, y, udot, _ = random_motion(system, 1)
+    matrices = np.full((3, packed.nu, packed.nu), np.nan)
+    evaluator.required(y, udot)
+    work = packed.sweep()
+    outward_tangents(packed.model, evaluator.data, work)
+    inward_tangents(packed.model, evaluator.data, work, *matrices, *np.empty((2, packed.nu)))
+    assert packed.branches == branches == np.isnan(matrices).any()
 
 
 @pytest.mark.parametrize("root", ROOTS)

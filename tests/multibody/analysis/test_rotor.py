@@ -6,8 +6,8 @@ from shafts import AT_REST, SPIN, SPINNING, floating
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.analysis.accelerations import columns
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.kernels.rounding import columns
 
 
 def rates(system):
@@ -46,11 +46,18 @@ def test_derivatives_that_are_not_known_are_refused():
         mp.linearise(mp.System(bodies={"mass": mass}, joints=(slide,), loads=(load,)))
 
 
+def counted(sizes, cancelling=0.0):
+    """Return what columns of sizes count as."""
+    found = np.empty_like(sizes)
+    columns(sizes, cancelling, found)
+    return found
+
+
 def test_columns_count_as_a_part_of_the_fastest_motion_at_least():
     """A column of 1 beside one of 1e6 counts as 1; damping that is not there as 1e-6 of the rate of 1e3/s."""
-    assert columns(np.array([[1.0, 1e6], [0.0, 0.0]])) == pytest.approx(np.array([[1.0, 1e6], [1e-3, 1e-3]]))
-    assert np.all(columns(np.zeros((2, 1))) > 0.0)  # a free body at rest
-    assert columns(np.zeros((2, 1)), cancelling=1e6)[0] == pytest.approx(1.0)  # forces that cancel
+    assert counted(np.array([[1.0, 1e6], [0.0, 0.0]])) == pytest.approx(np.array([[1.0, 1e6], [1e-3, 1e-3]]))
+    assert np.all(counted(np.zeros((2, 1))) > 0.0)  # a free body at rest
+    assert counted(np.zeros((2, 1)), cancelling=1e6)[0] == pytest.approx(1.0)  # forces that cancel
 
 
 def in_extended_precision(M, forces):
@@ -75,7 +82,7 @@ def test_the_error_is_that_of_rounding():
     exact = -in_extended_precision(t.M, np.hstack([t.K, t.D]))
     n = len(t.M)
     off, size = (np.abs(X).astype(float) / scale[:, None] for X in (linear.A[n:] - exact, exact))
-    counts = columns((size.max(axis=0) * np.tile(scale, 2)).reshape(2, n)).ravel()
+    counts = counted((size.max(axis=0) * np.tile(scale, 2)).reshape(2, n)).ravel()
     worst = np.max(off.max(axis=0) * np.tile(scale, 2) / counts)
     estimates = np.max(linear.error_estimate[n:] / scale[:, None] * np.tile(scale, 2) / counts), linear.error
     assert all(worst < estimate < 30 * worst for estimate in estimates)  # they are root mean squares

@@ -11,13 +11,10 @@ from functools import cache
 
 import numpy as np
 
-from modalprep.multibody.analysis.tangent import EPS, ROUND_OFF, SystemTangent, Tangent
-from modalprep.multibody.kernels.responses import add_squares
+from modalprep.multibody.analysis.tangent import SystemTangent, Tangent
+from modalprep.multibody.kernels.rounding import rounding_forces
 
-NEGLIGIBLE = 1e-6  # of what the fastest motion makes: the least that a column counts as
-SLOWEST = 1e-3  # 1/s, the fastest motion of a system counts as at least this fast: the rate of a low orbit
 PROBES = 4  # vectors of random signs: a root mean square to about a third
-MEAN = np.full(PROBES, PROBES**-0.5)
 
 
 class Accelerations:
@@ -41,15 +38,13 @@ class Accelerations:
     def __init__(self, exact: SystemTangent, equations: Tangent, force: np.ndarray) -> None:
         self.exact, self.equations = exact, equations
         n = len(exact.chart.independent)
-        self._factorise()
-        self.state = np.zeros((2 * n, 2 * n))
+        self.state = np.empty((2 * n, 2 * n))
         self.by_input = np.zeros((2 * n, force.shape[1]))
-        if np.any(equations.N):
+        self.state[:n] = 0.0
+        if exact.chart.evaluator.packed.quaternions:
             self.state[:n, :n] = equations.N
-        np.fill_diagonal(self.state[:n, n:], 1.0)
-        sizes = [self._write(-1.0, each, self.state, n, c) for each, c in ((equations.K, 0), (equations.D, n))]
-        self._write(1.0, force, self.by_input, n, 0)
-        self.error = self._error(np.array(sizes)) if n else 0.0
+        self.state.reshape(-1)[n : 2 * n * n : 2 * n + 1] = 1.0
+        self.error = self._of_tree(force) if exact.chart.evaluator.loops is None else self._of_loops(force)
 
     @property
     def A(self) -> np.ndarray:
@@ -63,67 +58,61 @@ class Accelerations:
 
     def _factorise(self) -> None:
         evaluator = self.exact.chart.evaluator
-        if evaluator.loops is None and not (evaluator.factored and evaluator.y is self.exact.chart.y):
+        if not (evaluator.factored and evaluator.y is self.exact.chart.y):
             evaluator.load(self.exact.chart.y)
             evaluator.accelerations(np.zeros(evaluator.nu))
 
-    def _write(self, factor: float, forces: np.ndarray, out: np.ndarray, row: int, column: int) -> np.ndarray:
-        """Write accelerations by forces (n, k) to a place of `out`; return the largest (k,) in the scales."""
-        chart = self.exact.chart
-        if chart.evaluator.loops is None:
-            return chart.evaluator.respond(factor, forces, out, row, column)
-        found = factor * self.equations.solve(forces)
-        out[row : row + len(found), column : column + found.shape[1]] = found
-        return (np.abs(found) / chart.evaluator.scale[chart.independent, None]).max(axis=0, initial=0.0)
+    def _of_tree(self, force: np.ndarray) -> float:
+        """Write A and B by the factors of the order-n algorithm; return the error."""
+        self._factorise()
+        given, evaluator = self.equations, self.exact.chart.evaluator
+        signs = _signs(len(force))
+        numbers = np.empty((5, len(force)))
+        error = evaluator.linear_equations(
+            given.K, given.D, given.M, given.size, force, signs, numbers, self.state, self.by_input
+        )
+        if given.called is None:
+            return error
+        return evaluator.mean_response(self._with_called(numbers[2:4], numbers[4]), signs)
 
-    def _mean(self, force: np.ndarray) -> float:
-        """Return the largest root mean square of what forces (n,) of independent signs accelerate, in the scales."""
-        found = np.empty((len(force), PROBES))
-        squares = np.zeros(len(force))
-        self._write(1.0, force[:, None] * _signs(len(force)), found, 0, 0)
-        add_squares(found, MEAN, squares)
+    def _of_loops(self, force: np.ndarray) -> float:
+        """Write A and B by Cholesky's factor; return the error."""
+        given, n = self.equations, len(force)
         scale = self.exact.chart.evaluator.scale[self.exact.chart.independent]
-        return float((np.sqrt(squares) / scale).max())
+        self.A[:] = -given.solve(np.hstack([given.K, given.D]))
+        self.B[:] = given.solve(force)
+        sizes = (np.abs(self.A) / scale[:, None]).max(axis=0, initial=0.0).reshape(2, n)
+        weights, worst = np.empty((2, n)), np.empty(n)
+        cancelling = self._mean(given.size, scale)
+        rounding_forces(given.K, given.D, given.M, given.size, scale, sizes, cancelling, weights, worst)
+        return self._mean(self._with_called(weights, worst), scale)
 
-    def _error(self, sizes: np.ndarray) -> float:
-        equations, n = self.equations, len(self.equations.M)
-        scale = self.exact.chart.evaluator.scale[self.exact.chart.independent]
-        by_x, by_u = scale / columns(scale * sizes, self._mean(equations.size))
-        # no entry of A is above its column, so that the accelerations that M multiplies are the scales at most
-        squares = np.zeros(n)
-        for each, by in ((equations.K, by_x), (equations.D, by_u), (equations.M, scale)):
-            add_squares(each, by, squares)
-        worst = EPS * (np.sqrt(squares) + ROUND_OFF * equations.size * (by_x / scale).max())
-        if equations.called is not None:
-            worst += (equations.called.K * by_x + equations.called.D * by_u).max(axis=1)
-        return self._mean(worst)
+    def _with_called(self, weights: np.ndarray, worst: np.ndarray) -> np.ndarray:
+        """Return forces of rounding errors (n,) and of callbacks' errors, where the columns of `weights` are one."""
+        called = self.equations.called
+        return worst if called is None else worst + (called.K * weights[0] + called.D * weights[1]).max(axis=1)
+
+    def _mean(self, force: np.ndarray, scale: np.ndarray) -> float:
+        """Return the largest root mean square, in the scales, of what forces (n,) of independent signs accelerate."""
+        found = self.equations.solve(force[:, None] * _signs(len(force))) / scale[:, None]
+        return float(np.sqrt((found**2).mean(axis=1).max(initial=0.0)))
 
     def error_of(self, rows: np.ndarray) -> np.ndarray:
         """Return the estimated errors of ``rows (k, n) A``."""
-        self._factorise()
-        found = np.empty(rows.T.shape)
-        self._write(1.0, np.ascontiguousarray(rows.T), found, 0, 0)
+        found = self._accelerated(np.ascontiguousarray(rows.T))
         return np.sqrt(found.T**2 @ self.equations.force_errors(self.A) ** 2)
+
+    def _accelerated(self, forces: np.ndarray) -> np.ndarray:
+        """Return the accelerations by generalised forces (n, k)."""
+        if self.exact.chart.evaluator.loops is not None:
+            return self.equations.solve(forces)
+        self._factorise()
+        found = np.empty(forces.shape)
+        self.exact.chart.evaluator.respond(1.0, forces, found)
+        return found
 
 
 @cache
 def _signs(n: int) -> np.ndarray:
     """Return random signs (n, 4)."""
     return np.random.default_rng(0).choice([-1.0, 1.0], (n, PROBES))
-
-
-def columns(sizes: np.ndarray, cancelling: float = 0.0) -> np.ndarray:
-    """Return what columns of accelerations by coordinates and by speeds, of `sizes` (2, n), count as.
-
-    One that is smaller than `NEGLIGIBLE` of what the fastest motion makes counts as that. So does one in which forces
-    cancel, `cancelling` being what they could make one by one.
-
-    Examples
-    --------
-    >>> columns(np.array([[1.0, 1e6], [0.0, 0.5]]))
-    array([[1.e+00, 1.e+06],
-           [1.e-03, 5.e-01]])
-    """
-    by_x, by_u = sizes
-    rate = max(np.sqrt(max(by_x.max(), cancelling)), by_u.max(), SLOWEST)
-    return np.maximum(sizes, NEGLIGIBLE * np.array([[rate**2], [rate]]))

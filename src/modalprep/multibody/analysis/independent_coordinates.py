@@ -26,9 +26,11 @@ SINGULAR = "the closed loops do not close near this state: they are in, or near,
 
 
 @lru_cache(8)
-def _identity(n: int) -> np.ndarray:
-    found = np.eye(n)
-    found.flags.writeable = False
+def _all(n: int) -> tuple[np.ndarray, ...]:
+    """Return what holds without loops: no dependent coordinates, all n independent, no inverse, R."""
+    found = np.zeros(0, dtype=int), np.arange(n), np.zeros((0, 0)), np.eye(n)
+    for each in found:
+        each.flags.writeable = False
     return found
 
 
@@ -69,18 +71,15 @@ class Chart:
     def __init__(self, evaluator: Evaluator, y: np.ndarray) -> None:
         y = np.array(y)  # writable, as in runs: kernels are compiled anew for a read-only state
         self.evaluator, self.y = evaluator, y
-        self.kept = evaluator.kept_rows(y)
         if evaluator.loops is None:
-            self._take_all()
+            self.kept = np.zeros(0, dtype=int)
+            self.dependent, self.independent, self.inverse, self.R = _all(evaluator.nu)
         else:
             self._choose()
 
-    def _take_all(self) -> None:
-        self.dependent, self.independent = self.kept, np.arange(self.evaluator.nu)
-        self.inverse, self.R = np.zeros((0, 0)), _identity(self.evaluator.nu)
-
     def _choose(self) -> None:
         evaluator, y = self.evaluator, self.y
+        self.kept = evaluator.kept_rows(y)
         G = self._jacobian(y)
         scaled = G * evaluator.scale
         order = scipy.linalg.qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
@@ -104,7 +103,7 @@ class Chart:
     def tangent(self, y: np.ndarray) -> np.ndarray:
         """Return R (nu, n) at another state, for the same independent coordinates."""
         if not len(self.dependent):
-            return _identity(self.evaluator.nu)
+            return _all(self.evaluator.nu)[-1]
         G = self._jacobian(y)
         R = np.zeros((self.evaluator.nu, len(self.independent)))
         R[self.independent, np.arange(len(self.independent))] = 1.0

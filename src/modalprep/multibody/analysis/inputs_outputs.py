@@ -36,22 +36,29 @@ class Input:
 
     def __init__(self, evaluator: Evaluator, name: str) -> None:
         self.evaluator = evaluator
-        self.tau = np.zeros(evaluator.nu)
-        self.wrench = np.zeros(6)
-        self.link, self.node = -1, 0
+        self.speed, self.link, self.node = -1, -1, 0
         joint, _, number = name.partition(".")
         parts = name.rsplit(".", 2)
         if evaluator.packed.links_of(joint) and (not number or number.isdigit()):
-            self.tau[_speed(evaluator, joint, number, name)] = 1.0
+            self.speed = _speed(evaluator, joint, number, name)
         elif len(parts) == 3 and parts[1] in ("force", "torque") and parts[2] in AXES:
             self.link, self.node = _interface(evaluator, parts[0], name)
             self.at = parts[0]
+            self.wrench = np.zeros(6)
             self.wrench[3 * (parts[1] == "torque") + AXES.index(parts[2])] = 1.0
         else:
             raise InputError(
                 f"input {name!r}: name a joint ('hinge', 'hinge.2'), 'body.interface.force.x' or "
                 "'body.interface.torque.x'"
             )
+
+    @property
+    def tau(self) -> np.ndarray:
+        """Joint forces (nu,) of a unit input."""
+        tau = np.zeros(self.evaluator.nu)
+        if self.speed >= 0:
+            tau[self.speed] = 1.0
+        return tau
 
     def apply(self, size: float) -> np.ndarray:
         """Apply it between `Evaluator.load` and `Evaluator.accelerations`; returns its hinge forces (nu,)."""
@@ -61,6 +68,20 @@ class Input:
             add_wrench(p.packed.model, p.data, self.link, self.node, w[:3], w[3:])
             p.applied.append((self.at, size * self.wrench))
         return size * self.tau
+
+
+def input_of(evaluator: Evaluator, name: str) -> Input:
+    """Return the input that a name denotes, made at the first call.
+
+    Raises
+    ------
+    InputError
+        When the name is not known in the system.
+    """
+    known = evaluator.inputs
+    if name not in known:
+        known[name] = Input(evaluator, name)
+    return known[name]
 
 
 class Output(NamedTuple):

@@ -11,7 +11,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.accelerations import Accelerations
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.analysis.inputs_outputs import Input, Output, output
+from modalprep.multibody.analysis.inputs_outputs import Input, Output, input_of, output
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.tangent import (
     ADVICE,
@@ -19,8 +19,9 @@ from modalprep.multibody.analysis.tangent import (
     SPEED_STEP,
     GivenAccelerations,
     SystemTangent,
+    nothing,
 )
-from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.evaluation.evaluator import Evaluator, evaluator_at
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.loads import Callback
@@ -94,12 +95,18 @@ def linearise(
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
     refuse_other("linearise: the system", System, system)
-    evaluator = Evaluator(system, t)
+    with evaluator_at(system, t) as evaluator:
+        return _linearised(evaluator, y, inputs, outputs)
+
+
+def _linearised(
+    evaluator: Evaluator, y: np.ndarray | None, inputs: Sequence[str], outputs: Sequence[str]
+) -> StateSpace:
     y = evaluator.start if y is None else np.array(y, dtype=float)
     if y.shape != (evaluator.nx + evaluator.nu,) or not np.all(np.isfinite(y)):
         raise InputError(f"the state needs {evaluator.nx + evaluator.nu} finite numbers; it has {y.size}")
     chart = Chart(evaluator, y := evaluator.closed(y))
-    applied = [Input(evaluator, name) for name in inputs]
+    applied = [input_of(evaluator, name) for name in inputs]
     read = [output(evaluator, name) for name in outputs]
     evaluator.load(chart.y)
     udot = evaluator.accelerations(np.zeros(evaluator.nu)).copy()
@@ -107,7 +114,7 @@ def linearise(
     equations = exact.equations(_turning(chart))
     found = Accelerations(exact, equations, _input_forces(chart, applied))
     C, D, C_error = _outputs(found, applied, read)
-    error = max(found.error, _relative(C_error, C))
+    error = max(found.error, _relative(C_error, C) if read else 0.0)
     if error > WORST:
         raise SimulationError(
             f"cannot linearise: the derivatives are accurate to {error:.0e} of their largest only, which is above "
@@ -118,7 +125,7 @@ def linearise(
         B=found.by_input,
         C=C,
         D=D,
-        states=tuple(names[k] for names in evaluator.names for k in chart.independent.tolist()),
+        states=_states(chart),
         inputs=tuple(inputs),
         outputs=tuple(outputs),
         owner=evaluator.owner,
@@ -128,14 +135,22 @@ def linearise(
         udot=udot,
         error=error,
         equations=equations,
-        notes=_notes(system, [name for name, each in zip(outputs, read, strict=True) if each.value]),
+        notes=_notes(evaluator.system, [name for name, each in zip(outputs, read, strict=True) if each.value]),
     )
+
+
+def _states(chart: Chart) -> tuple[str, ...]:
+    """Return the names of independent coordinates, then of their speeds."""
+    names = chart.evaluator.names
+    if not len(chart.dependent):
+        return names.coordinates + names.speeds
+    return tuple(each[k] for each in names for k in chart.independent.tolist())
 
 
 def _turning(chart: Chart) -> np.ndarray:
     """Return `transport` of the independent coordinates (n, n)."""
     if not chart.evaluator.packed.quaternions:
-        return np.zeros(2 * chart.independent.shape)
+        return nothing(2 * chart.independent.shape)
     return (transport(chart.evaluator, chart.y) @ chart.R)[chart.independent]
 
 
@@ -156,13 +171,16 @@ def _input_forces(chart: Chart, applied: Sequence[Input]) -> np.ndarray:
     """Return the generalised forces (n, ni) of unit inputs at the state of a chart."""
     evaluator = chart.evaluator
     still = np.zeros(evaluator.nu)
-    forces = np.array([each.tau for each in applied]).reshape(-1, evaluator.nu)
+    forces = np.zeros((evaluator.nu, len(applied)))
+    for k, each in enumerate(applied):
+        if each.speed >= 0:
+            forces[each.speed, k] = 1.0
+        else:
+            forces[:, k] = -evaluator.required(chart.y, still, push=partial(each.apply, 1.0))
     on_bodies = [k for k, each in enumerate(applied) if each.link >= 0]
     if on_bodies:
-        rest = evaluator.required(chart.y, still)
-        for k in on_bodies:
-            forces[k] = rest - evaluator.required(chart.y, still, push=partial(applied[k].apply, 1.0))
-    return chart.R.T @ forces.T if len(chart.dependent) else np.ascontiguousarray(forces.T)
+        forces[:, on_bodies] += evaluator.required(chart.y, still)[:, None]
+    return chart.R.T @ forces if len(chart.dependent) else forces
 
 
 def _outputs(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -25,13 +25,12 @@ from modalprep.multibody.analysis.tree_tangent import TreeTangent
 from modalprep.multibody.elements import registry
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
+from modalprep.multibody.kernels.rounding import EPS, ROUND_OFF
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.loads import called_forces
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
-EPS = np.finfo(float).eps
-ROUND_OFF = 0.5  # EPS, of the sum of absolute values: a rounding error
 ADVICE = "keep fewer modes and truncation vectors, or use another state"
 NOT_POSITIVE = f"cannot linearise: the mass matrix is not positive definite at this state; {ADVICE}"
 
@@ -93,12 +92,12 @@ class Tangent:
     K: np.ndarray
     size: np.ndarray = field(default_factory=lambda: np.zeros(1))
     called: TangentErrors | None = None
-    _rounding: Callable[[], np.ndarray] = lambda: np.zeros((1, 1))
+    _sizes: Callable[[], np.ndarray] = lambda: np.zeros((1, 1))
 
     @cached_property
     def errors(self) -> TangentErrors:
         """Estimated errors of K and D."""
-        K = self._rounding() + np.zeros_like(self.K)
+        K = ROUND_OFF * EPS * self._sizes() + np.zeros_like(self.K)
         if self.called is None:
             return TangentErrors(K, np.zeros_like(self.D))
         return TangentErrors(K + self.called.K, self.called.D)
@@ -166,8 +165,21 @@ class GivenAccelerations:
         return R.T @ self.evaluator.required(state, self.all(state, R, own), push=push)
 
 
+def _refuse(system: System) -> None:
+    """Refuse bodies of stations."""
+    for name, body in system.bodies.items():
+        refuse_stations(f"an exact derivative of the equations of motion (body {name!r})", body.stations)
+
+
 @cache
-def _nothing(shape: tuple[int, ...]) -> np.ndarray:
+def nothing(shape: tuple[int, ...]) -> np.ndarray:
+    """Return zeros that cannot be written.
+
+    Examples
+    --------
+    >>> nothing((1, 2))
+    array([[0., 0.]])
+    """
     return np.broadcast_to(0.0, shape)
 
 
@@ -215,8 +227,8 @@ class SystemTangent:
 
     def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True) -> None:
         self.chart, evaluator = chart, chart.evaluator
-        for name, body in evaluator.system.bodies.items():
-            refuse_stations(f"an exact derivative of the equations of motion (body {name!r})", body.stations)
+        if evaluator.packed.with_stations:
+            _refuse(evaluator.system)
         loading = evaluator.loading
         required = self._required(udot, moving)
         self.motion = loading.motion.copy()
@@ -227,7 +239,7 @@ class SystemTangent:
             for load in registry.tangents(self.tree.scene):
                 self.tree.add(load)
         self.tree.add_joint_elements(loading.slope)
-        none = _nothing(chart.R.shape)
+        none = nothing(chart.R.shape)
         self.speeds_x = self.accelerations_x = self.accelerations_u = none
         if evaluator.loops is not None:
             self._close(evaluator.loops, required)
@@ -291,36 +303,40 @@ class SystemTangent:
     @property
     def K(self) -> np.ndarray:
         """The derivative (nu, nu) of the forces of the tree by its coordinates, those of callbacks too."""
-        return self.found.K - (0.0 if self.called is None else np.hsplit(self.called[0], 2)[0])
+        return self.found.K if self.called is None else self.found.K - np.hsplit(self.called[0], 2)[0]
 
     def equations(self, N: np.ndarray) -> Tangent:
         """Return the matrices in the independent coordinates; N as in `linearise`."""
         R, M, D, K = self.chart.R, self.found.M, self.found.D, self.K
-        called = None if self.called is None else TangentErrors(*map(self._reduced, np.hsplit(self.called[1], 2)))
+        called = None
+        if self.called is not None:
+            called = TangentErrors(*(_reduced(R, each) for each in np.hsplit(self.called[1], 2)))
         if self.called is not None:
             D = D - np.hsplit(self.called[0], 2)[1]
         if len(self.chart.dependent):
             K = R.T @ (K @ R + D @ self.speeds_x + M @ self.accelerations_x)
             D = R.T @ (D @ R + M @ self.accelerations_u)
             M = R.T @ M @ R
-        return Tangent(N, M, D, K, self._size(), called, self._rounding)
+        sizes = partial(_sizes, self.found.size, self.found.stiffness, self.chart.evaluator.scale, R)
+        return Tangent(N, M, D, K, self._size(sizes), called, sizes)
 
-    def _size(self) -> np.ndarray:
+    def _size(self, sizes: Callable[[], np.ndarray]) -> np.ndarray:
         """Return `Tangent.size`."""
         if len(self.chart.dependent):
-            return (self._sizes() * self.chart.evaluator.scale[self.chart.independent]).max(axis=1, initial=0.0)
+            return (sizes() * self.chart.evaluator.scale[self.chart.independent]).max(axis=1, initial=0.0)
+        if isinstance(self.found.stiffness, float):
+            return self.found.size
         return self.found.size + np.max(self.found.stiffness * self.chart.evaluator.scale, axis=-1, initial=0.0)
 
-    def _sizes(self) -> np.ndarray:
-        """Return the sums of the absolute values that make K (n, n)."""
-        return self._reduced(self.found.size[:, None] / self.chart.evaluator.scale + self.found.stiffness)
 
-    def _reduced(self, sizes: np.ndarray) -> np.ndarray:
-        R = np.abs(self.chart.R)
-        return R.T @ sizes @ R if len(self.chart.dependent) else sizes
+def _sizes(size: np.ndarray, stiffness: np.ndarray | float, scale: np.ndarray, R: np.ndarray) -> np.ndarray:
+    """Return the sums of the absolute values that make K (n, n)."""
+    return _reduced(R, size[:, None] / scale + stiffness)
 
-    def _rounding(self) -> np.ndarray:
-        return ROUND_OFF * EPS * self._sizes()
+
+def _reduced(R: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return sizes (nu, nu) in the independent coordinates."""
+    return sizes if len(R) == R.shape[1] else np.abs(R).T @ sizes @ np.abs(R)
 
 
 def roots(t: Tangent) -> Roots:

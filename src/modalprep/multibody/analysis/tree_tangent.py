@@ -13,11 +13,9 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.elements.dense import BodyState, Frame, Point, Scene
 from modalprep.multibody.elements.slopes import BodySlopes, EndSlopes, turning
-from modalprep.multibody.kernels.articulated_body import outward
-from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.tangents.frames import end_curvature, end_frame, link_frame
+from modalprep.multibody.kernels.tangents.from_state import tangents_from_state
 from modalprep.multibody.kernels.tangents.inward import inward_tangents
-from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
@@ -104,9 +102,7 @@ class TreeTangent:
         self.y, self.udot, self.motion, self.t = y, udot, motion, t
         nu = self.nu = packed.nu
         self.data, self.work = packed.work_of(self)
-        outward(packed.model, self.data, y, motion)
-        required_forces(packed.model, self.data, udot, np.empty(nu))
-        outward_tangents(packed.model, self.data, self.work)
+        tangents_from_state(packed.model, self.data, self.work, y, motion, udot, np.empty(nu))
         self.interfaces: dict[tuple[int, int], Moving] = {}
         self.links: dict[int, Moving] = {}
         self.views: dict[tuple[int, int], Seen] = {}
@@ -317,7 +313,8 @@ class TreeTangent:
 
     def finish(self) -> Tangents:
         """Return the derivatives of the forces that the accelerations need beyond what was added."""
-        M, D, K = np.zeros((3, self.nu, self.nu))
+        make = np.zeros if self.packed.branches else np.empty  # what speeds of different branches do is not written
+        M, D, K = make((3, self.nu, self.nu))
         force, size = np.empty((2, self.nu))
         inward_tangents(self.packed.model, self.data, self.work, K, D, M, force, size)
         found = Tangents(force, M, D, K, size, 0.0)

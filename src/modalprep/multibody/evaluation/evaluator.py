@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,8 +17,9 @@ from modalprep.multibody.evaluation.singular import without_inertia
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
+from modalprep.multibody.kernels.linear_equations import linear_equations
 from modalprep.multibody.kernels.newton_euler import required_forces
-from modalprep.multibody.kernels.responses import Responses, new_responses, respond
+from modalprep.multibody.kernels.responses import Responses, mean_response, new_responses, prepare, respond
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.coordinate_names import coordinate_names
@@ -147,7 +149,9 @@ class Evaluator:
         self.loops = self.loading.loops
         self.udot = np.zeros(self.nu)  # the last accelerations
         self.factored = False  # whether the data are those of `accelerations` at y
+        self.prepared = False  # whether `respond` has prepared them
         self.applied: list[tuple[str, np.ndarray]] = []  # interface, force and torque (6,) besides the loads
+        self.inputs: dict[str, Any] = {}  # made by `input_of`
         self.start = self._started(t)
         self.names = self.packed.kept("names", lambda: coordinate_names(self.packed))
         _, self.scale, self.turns, self.owner, self.size = _measured(system)
@@ -289,7 +293,7 @@ class Evaluator:
             else:
                 why = without_inertia(self.system, self.packed, self.y, name)
             raise SimulationError(why)
-        self.udot, self.factored = udot, True
+        self.udot, self.factored, self.prepared = udot, True, False
         return udot
 
     def respond(self, factor: float, forces: np.ndarray, out: np.ndarray, row: int = 0, column: int = 0) -> np.ndarray:
@@ -299,12 +303,38 @@ class Evaluator:
         returned. By the factors of the order-n algorithm, which `load` overwrites and systems with closures lack.
         """
         sizes = np.empty(forces.shape[1])
-        respond(self.packed.model, self.data, factor, forces, out, row, column, self.scale, sizes, self._scratch)
+        respond(self.packed.model, self.data, factor, forces, out, row, column, self.scale, sizes, self._prepared())
         return sizes
+
+    def linear_equations(self, *given: np.ndarray) -> float:
+        """Write the accelerations by coordinates, speeds and inputs, after `accelerations`; returns the error.
+
+        Parameters
+        ----------
+        given : arrays
+            K, D, M, size, force, signs, numbers, state and by_input of the kernel `linear_equations`.
+        """
+        K, D, M, size, force, *others = given
+        error = linear_equations(self.packed.model, self.data, K, D, M, size, force, self.scale, *others, self._scratch)
+        self.prepared = True
+        return error
+
+    def mean_response(self, force: np.ndarray, signs: np.ndarray) -> float:
+        """Return the largest root mean square, in the scales, of what forces (nu,) times signs (nu, 4) accelerate.
+
+        As `respond`.
+        """
+        return mean_response(self.packed.model, self.data, force, signs, self.scale, self._prepared())
+
+    def _prepared(self) -> Responses:
+        if not self.prepared:
+            prepare(self.packed.model, self.data, self._scratch)
+            self.prepared = True
+        return self._scratch
 
     @cached_property
     def _scratch(self) -> Responses:
-        return new_responses(len(self.packed.links), self.nu)
+        return new_responses(self.packed.model, self.nu)
 
     def _accelerations(self, tau: np.ndarray, udot: np.ndarray) -> int:
         """Write the accelerations under all hinge forces; returns the link whose pivot is not positive, else -1."""
@@ -324,6 +354,35 @@ class Evaluator:
         y = y.copy()
         move(self.packed.model, y, np.array(step, dtype=float), y)
         return y
+
+
+LAST: list[Evaluator] = []  # none or one, that nobody uses
+
+
+@contextmanager
+def evaluator_at(system: System, t: float) -> Iterator[Evaluator]:
+    """Give an evaluator for a while: that of the last call where system and time are the same, ready at once.
+
+    Nothing that is kept longer may refer to it. It goes on to the next call only where it keeps nothing of the
+    evaluations before: without closures, which begin where the last solution was, and without callbacks.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> with evaluator_at(arm, 0.0) as one:
+    ...     pass
+    >>> with evaluator_at(arm, 0.0) as other, evaluator_at(arm, 0.0) as third:
+    ...     print(one is other, one is third)
+    True False
+    """
+    last = LAST.pop() if LAST else None
+    evaluator = last if last and last.system is system and last.t == t else Evaluator(system, t)
+    yield evaluator
+    if evaluator.loops is None and evaluator.loading.compiled:
+        LAST[:] = [evaluator]
 
 
 def _size(body) -> float:

@@ -27,6 +27,8 @@ OF_TREE = (
     "linear",
     "types",
     "columns",
+    "with_stations",
+    "branches",
     "_link_of_body",
     "_links_of_joint",
     "_places_of_joint",
@@ -126,6 +128,17 @@ class Packed:
         kinds = [(KINDS[code], x) for code, x, _, _ in self.columns]
         return tuple(slice(x + kind.quaternion, x + kind.quaternion + 4) for kind, x in kinds if kind.quaternion >= 0)
 
+    @cached_property
+    def with_stations(self) -> bool:
+        """Whether a body has stations."""
+        return bool(np.any(self.model.links["stations"] >= 0))
+
+    @cached_property
+    def branches(self) -> bool:
+        """Whether a link, or the ground, carries several."""
+        parents = self.model.links["parent"]
+        return len(np.unique(parents)) < len(parents)
+
     @property
     def nx(self) -> int:
         """Number of coordinates."""
@@ -154,7 +167,7 @@ class Packed:
         new = new_data(self.model, depleting=self.depleting)
         if new.modal is None:
             return Pattern(new), None, {}
-        records = {"integrals": self.depleting, "parts": np.any(self.model.links["stations"] >= 0)}
+        records = {"integrals": self.depleting, "parts": self.with_stations}
         parts = {name: Pattern(getattr(new.modal, name)) for name, own in records.items() if own}
         return Pattern(new), Pattern(new.modal), parts
 
@@ -166,7 +179,7 @@ class Packed:
         InputError
             When a body has stations, whose derivatives are not known.
         """
-        if np.any(self.model.links["stations"] >= 0):
+        if self.with_stations:
             raise InputError(
                 "exact derivatives of the equations of motion do not know bodies of stations (large_deflection) yet; "
                 "build them with large_deflection = false"
