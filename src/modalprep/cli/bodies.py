@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,8 +55,7 @@ def modes(
     body = shown.body
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
-    for note in body.notes:
-        reporter.note(note)
+    reporter.notes(body.notes)
     with claiming(claimed):
         write_page(shown, page)
     reporter.wrote(page)
@@ -223,24 +223,25 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a body or a system for another program, or as an FMU."""
-    if to == "fmu":
-        _refuse_given("fmu", dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
-        _export_fmu(
-            file,
-            target,
-            {"fmi": fmi or "2", "kind": kind or "both", "platforms": platform or (), "step": step},
-            output,
-            as_json,
-        )
-        return
-    _refuse_given(to, fmi=fmi, kind=kind, platform=platform, step=step)
     from modalprep.pipeline.exporting import SYSTEM_EXPORTS
 
+    of_bodies = {"dialect": dialect, "version": version, "point": point, "sensors": sensors, "noise": noise or None}
+    if to == "fmu":
+        _refuse_given(to, **of_bodies)
+        options = {"fmi": fmi or "2", "kind": kind or "both", "platforms": platform or (), "step": step}
+        _export_fmu(file, target, options, output, as_json)
+        return
+    _refuse_given(to, fmi=fmi, kind=kind, platform=platform, step=step)
     if to == "urdf" or (file.suffix == ".toml" and to in SYSTEM_EXPORTS):
-        _refuse_given(to, dialect=dialect, version=version, point=point, sensors=sensors, noise=noise or None)
+        _refuse_given(to, **of_bodies)
         _export_system(file, to, target, output, as_json)
         return
     _refuse_given(to, output=output)
+    _export_body(file, to, target, of_bodies, as_json)
+
+
+def _export_body(file: Path, to: str, target: Path | None, options: dict[str, Any], as_json: bool) -> None:
+    """Write the body of a modal file for another program, or a synthetic test of it."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.building.sources import claiming, refuse_overwriting
@@ -253,16 +254,14 @@ def export(
     target = target or beside
     refuse_overwriting([target], [file])
     body = read_body(file)
+    sensors, noise = options.pop("sensors"), options.pop("noise")
     with claiming(own):
-        if sensors is None and not noise:
-            reporter.wrote(export_body(body, to, target, dialect=dialect, version=version, point=point))
+        if sensors is None and noise is None:
+            reporter.wrote(export_body(body, to, target, **options))
             notes = lost_in(body, to)
         else:
-            notes = _synthetic(body, to, sensors, noise, target, reporter)
-    for note in notes:
-        reporter.note(note)
-    if as_json:
-        print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+            notes = _synthetic(body, to, sensors, noise or 0.0, target, reporter)
+    _tell(notes, reporter, as_json)
 
 
 def _refuse_given(to: str, **options: object) -> None:
@@ -302,10 +301,7 @@ def _export_system(file: Path, to: str, target: Path | None, output: Path | None
     beside = file.with_suffix(SYSTEM_EXPORTS[to].suffix)
     with claiming({} if target else {beside: file}):
         notes = export_system(file, to, output, reporter, target=target)
-    for note in notes:
-        reporter.note(note)
-    if as_json:
-        print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+    _tell(notes, reporter, as_json)
 
 
 def _synthetic(
@@ -370,10 +366,7 @@ def import_file(
     with claiming(own):
         reporter.wrote(write_body(body, target))
     body_summary(body, reporter.console)
-    for note in body.notes:
-        reporter.note(note)
-    if as_json:
-        print_json({"files": [str(f) for f in reporter.files], "notes": list(body.notes)})
+    _tell(body.notes, reporter, as_json)
 
 
 def _named_nodes(text: str) -> tuple[str, list[int]]:
@@ -408,6 +401,13 @@ def diff(
     found = compare_bodies(read_body(first), read_body(second), tolerance)
     report = CheckReport(subject=f"{first} against {second}", checks=tuple(found))
     _show(report, Reporter(quiet=as_json), as_json)
+
+
+def _tell(notes: Sequence[str], reporter: Reporter, as_json: bool) -> None:
+    """Print notes, and as JSON the files written with them."""
+    reporter.notes(notes)
+    if as_json:
+        print_json({"files": [str(f) for f in reporter.files], "notes": list(notes)})
 
 
 def _show(report: CheckReport, reporter: Reporter, as_json: bool) -> None:

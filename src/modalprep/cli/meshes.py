@@ -158,8 +158,7 @@ def init(
         **units,
     )
     survey_table(*rows(found), reporter.console)
-    for note in found.notes:
-        reporter.note(note)
+    reporter.notes(found.notes)
     for path in written:
         reporter.wrote(path)
     if as_json:

@@ -172,21 +172,26 @@ def simulate(
             keep = Every(checkpoint_every, lambda: checkpoint(_so_far(integration, recorder))).call
         outcome = integration.run(recorder.add, progress, keep)
     result = recorder.result(outcome.status, _message(outcome, integration), outcome.stats)
-    modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
-    ranged = {joint.name: result[range_channel(joint)] for joint in system.joints if joint.range is not None}
     notes = (
         *system.notes,
         *unaudited(recorder.parts),
         *idle_closures(system, events),
         *integration.change_points.notes(),
-        *large_deflections(system.bodies, result.time, modal),
-        *left_ranges(system.joints, result.time, ranged),
-        *(_ringing(integration, result, modal) if state is None else ()),
+        *_notes_on_motion(integration, result, from_rest=state is None),
         *integration.notes(),
         *time_notes(system, t_end, shortest_event),
         *(imbalance(result, rtol, sum(body.m for body in system.bodies.values())) if step is None else ()),
     )
     return result.with_(state=_state(integration), events=outcome.events, impacts=outcome.impacts, notes=notes)
+
+
+def _notes_on_motion(integration: Integration, result: Result, from_rest: bool) -> list[str]:
+    """Return notes on large deflections, joints beyond their range, and modes that ring after a start from rest."""
+    system = integration.system
+    modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
+    ranged = {joint.name: result[range_channel(joint)] for joint in system.joints if joint.range is not None}
+    found = [*large_deflections(system.bodies, result.time, modal), *left_ranges(system.joints, result.time, ranged)]
+    return [*found, *_ringing(integration, result, modal)] if from_rest else found
 
 
 def _message(outcome: Outcome, integration: Integration) -> str:

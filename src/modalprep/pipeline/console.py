@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -33,9 +33,10 @@ class Reporter:
         """Print one plain line; on a terminal its words stay whole."""
         print_text(text, self.console)
 
-    def note(self, text: str) -> None:
-        """Print a note on a result, and say whether it is a warning."""
-        self.say(f"  {'note' if kind_of(text) == 'notes' else 'warning'}: {text}")
+    def notes(self, texts: Iterable[str]) -> None:
+        """Print notes on a result, and say which are warnings."""
+        for text in texts:
+            self.say(f"  {'note' if kind_of(text) == 'notes' else 'warning'}: {text}")
 
     def wrote(self, path: Path) -> Path:
         """Record and announce a written file."""

@@ -60,9 +60,7 @@ def fmu_of_pipeline(
         own = {"fmi": fmi, "kind": kind, "platforms": platforms, "say": reporter.say, "step": step}
         model = write_fmu(system, target, **own, **table.steps, **begin)
     reporter.wrote(target)
-    notes = (*_left_out(source, table), *model.notes)
-    for note in notes:
-        reporter.note(note)
+    reporter.notes([*_left_out(source, table), *model.notes])
     return model
 
 

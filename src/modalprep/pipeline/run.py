@@ -124,28 +124,22 @@ def _exported(source: Loaded, built: Built, folder: Path, reporter: Reporter) ->
     notes = []
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
-    _tell(built.notes, reporter)
+    reporter.notes(built.notes)
     for name in source.pipeline.output.export:
         target = built.file.with_suffix(known_export(name).suffix)
         reporter.wrote(export_body(body, name, target))
-        notes += _tell((f"{target.name}: {text}" for text in lost_in(body, name)), reporter)
+        lost = [f"{target.name}: {text}" for text in lost_in(body, name)]
+        reporter.notes(lost)
+        notes += lost
     chart = effective_mass_plot(body.modes, folder / f"{source.path.stem}-effective-mass.png")
     return Drawn(mass_plot=reporter.wrote(chart), notes=tuple(notes))
-
-
-def _tell(notes: Iterable[str], reporter: Reporter) -> list[str]:
-    """Print notes, and return them."""
-    told = list(notes)
-    for note in told:
-        reporter.note(note)
-    return told
 
 
 def _responses(source: Loaded, built: Built, folder: Path, reporter: Reporter) -> tuple[Responded, ...]:
     from modalprep.pipeline.responses.respond import respond
 
     found = respond(source, built.body, folder, reporter)
-    _tell((note for each in found for note in each.notes), reporter)
+    reporter.notes(note for each in found for note in each.notes)
     return tuple(found)
 
 
@@ -187,7 +181,7 @@ def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Syn
     found = synthesise_pipeline(source, output, reporter)
     achieved = None if found.damping is None else found.damping.achieved
     synthesis_table(found.modes, strain_fractions(found.modes), reporter.console, achieved)
-    _tell(found.notes, reporter)
+    reporter.notes(found.notes)
     return found
 
 

@@ -73,8 +73,7 @@ def _end(batch: Batch, keeper: Keeper, reporter: Reporter) -> dict[str, Any]:
     reporter.wrote(keeper.write(manifest))
     if batch.is_whole:
         files, notes = write_study(manifest["jobs"], batch.folder)
-        for note in notes:
-            reporter.note(note)
+        reporter.notes(notes)
         for file in files:
             reporter.wrote(file)
     return manifest

@@ -65,8 +65,7 @@ def write_tracks(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict
     name = grid.file.stem
     folder = jobs[0].folder.parent
     study, missing = _study(name, jobs, boundary)
-    for text in missing:
-        reporter.note(text)
+    reporter.notes(missing)
     track_table(study, reporter.console)
     rows = study.rows()
     table = [[_written(value) for value in row.values()] for row in rows]

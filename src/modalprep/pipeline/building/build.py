@@ -83,8 +83,7 @@ def current_body(source: Loaded, output: Path | None, reporter: Reporter) -> Fle
         if inputs(source).items() <= body.provenance.items():
             return body
     built = build_body(source, folder, reporter)
-    for note in warnings_of(built.notes):
-        reporter.note(note)
+    reporter.notes(warnings_of(built.notes))
     return built.body
 
 

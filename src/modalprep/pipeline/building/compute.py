@@ -88,8 +88,7 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
-    for text in _slower(model.K.shape[0]):
-        reporter.note(text)
+    reporter.notes(_slower(model.K.shape[0]))
     body = body.with_(notes=(*body.notes, *missing_mass(body), *implausible_ratios(damping)))
     loads = response_loads(source, body)
     convergence = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, loads)

@@ -67,8 +67,7 @@ def strength(
                     _shocks(results, name, table, history, target, reporter)
                 else:
                     _fatigue(results, name, table, history, target, reporter)
-    for note in results.notes:
-        reporter.note(note)
+    reporter.notes(results.notes)
     return results
 
 

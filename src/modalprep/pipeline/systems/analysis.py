@@ -240,8 +240,7 @@ def _report(analysed: Analysed, stem: Path, reporter: Reporter) -> None:
     if analysed.equilibrium is not None:
         how = "stable" if analysed.equilibrium.stable else "not stable"
         reporter.say(f"  {how} equilibrium after {analysed.equilibrium.steps} steps")
-    for note in analysed.notes:
-        reporter.note(note)
+    reporter.notes(analysed.notes)
     if analysed.modes is not None:
         system_table(analysed.modes, table.modes, reporter.console)
     reporter.wrote(write_json(analysed.summary(), stem.with_name(f"{stem.name}-analysis.json")))

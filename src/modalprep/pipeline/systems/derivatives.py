@@ -91,8 +91,7 @@ def differentiate(
     said = " ".join(f"{kind.replace('_', ' ')} of {channel}" for kind, channel in named.items())
     found = Differentiated(histories, said, slope)
     derivatives_table(found.histories, found.objective, found.gradient, reporter.console)
-    for note in found.notes:
-        reporter.note(note)
+    reporter.notes(found.notes)
     files = derivative_files(table, stem)
     reporter.wrote(write_derivatives(files[0], found.histories, found.gradient, objective=said))
     if histories is not None:

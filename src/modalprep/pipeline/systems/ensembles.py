@@ -122,8 +122,7 @@ def _report(ensemble: Ensemble, table: EnsembleTable, reporter: Reporter) -> Non
         reporter.say(f"  {failure}")
     if len(ensemble.failures) > PRINTED:
         reporter.say(f"  and {len(ensemble.failures) - PRINTED} more, see the file of cases")
-    for note in ensemble.notes[:PRINTED]:
-        reporter.note(note)
+    reporter.notes(ensemble.notes[:PRINTED])
     statistics_table(ensemble, reporter.console, table.percentiles)
 
 

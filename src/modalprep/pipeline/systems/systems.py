@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,6 +90,8 @@ def simulate_pipeline(
 ) -> Simulated:
     """Run the simulation part of a pipeline file, then its ensemble and its derivatives; write HDF5 and CSV.
 
+    The run is written to `target`, by default ``<name>-run.h5`` in the folder of the file's outputs.
+
     Raises
     ------
     InputError
@@ -106,51 +109,30 @@ def simulate_pipeline(
     if target is None:
         refuse_shared_folders(source, output)
     folder = target.parent if target else output_folder(path, output)
-    own = target is None
-    target = target or folder / f"{path.stem}-run.h5"
     stem = folder / path.stem
-    refuse_overwriting(_files(pipeline, target, stem), [*needed_files(source), *made_bodies(source, output)])
+    file = target or folder / f"{path.stem}-run.h5"
+    refuse_overwriting(_files(pipeline, file, stem), [*needed_files(source), *made_bodies(source, output)])
     refuse_before_work(source)
     system = read_system(source, output, reporter)
     refuse_channels(source, system)
-    theories = _theories(simulation, geometric_stiffness)
-    variants = {LABELS[theory]: in_theory(system, theory) for theory in theories}
-    events = read_events(pipeline.events)
-    begin = {"start": read_start(simulation, source.folder, system), "period": simulation.period, "events": events}
-    runs: dict[str, Result] = {}
-    for number, (label, variant) in enumerate(variants.items()):
-        with reporter.progress(f"{path.name}: {label}", simulation.t_end, unit="s") as progress:
-            options = begin | {"reference": reference, "progress": progress}
-            file = checkpoint_file(stem, number)
-            runs[label] = _simulate(simulation, variant, options, file, reporter)
-        _report(runs[label], reporter)
-    if own:
+    variants = {LABELS[theory]: in_theory(system, theory) for theory in _theories(simulation, geometric_stiffness)}
+    start = read_start(simulation, source.folder, system)
+    begin = {"start": start, "period": simulation.period, "events": read_events(pipeline.events)}
+    runs = _run(source, simulation, variants, begin | {"reference": reference}, stem, reporter)
+    if target is None:
         mark_source(folder, path)
     main = next(iter(runs.values()))
     extremes = envelopes(main, system.bodies)
-    files = _write(runs, extremes, target, simulation.output)
+    files = _write(runs, extremes, file, simulation.output)
     if extremes:
         envelope_table(extremes, reporter.console)
-    for file in files:
-        reporter.wrote(file)
-    audited = audits(main, simulation.rtol, sum(body.m for body in system.bodies.values()))
-    ensemble = None
-    if pipeline.ensemble is not None:
-        from modalprep.pipeline.systems.ensembles import ensemble_audit, simulate_ensemble
-
-        varied = variants[LABELS[theories[0]]]
-        assert isinstance(varied, System)  # by the check of the file: [deployments] are not combined with [ensemble]
-        ensemble = simulate_ensemble(path, pipeline.ensemble, varied, simulation.steps | begin, main, stem, reporter)
-        audited.append(ensemble_audit(ensemble))
-    derivatives = None
-    if pipeline.run_sensitivities is not None:
-        from modalprep.pipeline.systems.derivatives import differentiate
-
-        varied = variants[LABELS[theories[0]]]
-        assert isinstance(varied, System)  # by the check of the file
-        asked = simulation.steps | begin
-        derivatives = differentiate(path, pipeline.run_sensitivities, varied, asked, stem, reporter)
-    return Simulated(system, runs, files, tuple(audited), ensemble, extremes, derivatives)
+    for written in files:
+        reporter.wrote(written)
+    varied = next(iter(variants.values()))
+    ensemble = _ensemble(source, varied, simulation.steps | begin, main, stem, reporter)
+    derivatives = _derivatives(source, varied, simulation.steps | begin, stem, reporter)
+    audited = _audits(system, main, simulation.rtol, ensemble)
+    return Simulated(system, runs, files, audited, ensemble, extremes, derivatives)
 
 
 def _files(pipeline: Pipeline, target: Path, stem: Path) -> list[Path]:
@@ -194,6 +176,65 @@ def _csv_beside(target: Path) -> Path:
     return target.with_suffix(".csv") if target.suffix != ".csv" else target.with_name(f"{target.stem}-table.csv")
 
 
+def _run(
+    source: Loaded,
+    table: SimulationTable,
+    variants: Mapping[str, System | DeployingSystem],
+    options: dict[str, Any],
+    stem: Path,
+    reporter: Reporter,
+) -> dict[str, Result]:
+    """Return the run of each variant, by its label."""
+    runs = {}
+    for number, (label, variant) in enumerate(variants.items()):
+        with reporter.progress(f"{source.path.name}: {label}", table.t_end, unit="s") as progress:
+            file = checkpoint_file(stem, number)
+            runs[label] = _simulate(table, variant, options | {"progress": progress}, file, reporter)
+        _report(runs[label], reporter)
+    return runs
+
+
+def _ensemble(
+    source: Loaded,
+    system: System | DeployingSystem,
+    options: dict[str, Any],
+    main: Result,
+    stem: Path,
+    reporter: Reporter,
+) -> Ensemble | None:
+    table = source.pipeline.ensemble
+    if table is None:
+        return None
+    from modalprep.pipeline.systems.ensembles import simulate_ensemble
+
+    assert isinstance(system, System)  # by the check of the file: [deployments] are not combined with [ensemble]
+    return simulate_ensemble(source.path, table, system, options, main, stem, reporter)
+
+
+def _derivatives(
+    source: Loaded, system: System | DeployingSystem, options: dict[str, Any], stem: Path, reporter: Reporter
+) -> Differentiated | None:
+    table = source.pipeline.run_sensitivities
+    if table is None:
+        return None
+    from modalprep.pipeline.systems.derivatives import differentiate
+
+    assert isinstance(system, System)  # by the check of the file
+    return differentiate(source.path, table, system, options, stem, reporter)
+
+
+def _audits(
+    system: System | DeployingSystem, main: Result, rtol: float, ensemble: Ensemble | None
+) -> tuple[Requirement, ...]:
+    """Return the audits of the main run, and that of the ensemble."""
+    found = audits(main, rtol, sum(body.m for body in system.bodies.values()))
+    if ensemble is not None:
+        from modalprep.pipeline.systems.ensembles import ensemble_audit
+
+        found.append(ensemble_audit(ensemble))
+    return tuple(found)
+
+
 def _simulate(
     table: SimulationTable,
     system: System | DeployingSystem,
@@ -223,5 +264,4 @@ def _report(run: Result, reporter: Reporter) -> None:
         f"  {run.message}; {run.stats['steps']:.0f} steps, "
         f"energy balance to {run.stats['energy_error']:.0e} of its largest part{momenta}"
     )
-    for note in run.notes:
-        reporter.note(note)
+    reporter.notes(run.notes)
