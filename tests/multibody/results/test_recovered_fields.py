@@ -12,14 +12,12 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.multibody.results.fields import cell_fields, node_field
-from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_animation import animate_system
 from modalprep.report.scene.recovered_colour import RecoveredColour
 from modalprep.report.scene.style import FilmStyle
 
 Recover = mp.fe.Recover
 G = 9.81
-needs_drawing = pytest.mark.skipif(drawing_problem() is not None, reason="this machine cannot draw")
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +139,7 @@ def test_what_cannot_be_written_is_refused(swing, tmp_path):
         RecoveredColour(system.bodies, run, "base.Fx")  # of an interface
 
 
-@needs_drawing
+@pytest.mark.usefixtures("drawing")
 def test_film_is_coloured_by_the_stress(swing, tmp_path):
     """The clamp is bright where the stress is high at the last picture, the free end dark."""
     system, run = swing

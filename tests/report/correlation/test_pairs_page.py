@@ -16,7 +16,6 @@ from modalprep.formats.uff import write_uff
 from modalprep.report.correlation.drawn import draw_pairs
 from modalprep.report.correlation.page import write_pairs_page
 from modalprep.report.pictures.animation import animate_mode
-from modalprep.report.pictures.render import drawing_problem
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +131,7 @@ def test_wrong_animations_are_refused(page, tmp_path, capsys, arguments, said):
     assert said in capsys.readouterr().err
 
 
-@pytest.mark.skipif(drawing_problem() is not None, reason="cannot draw")
+@pytest.mark.usefixtures("drawing")
 def test_animation_of_a_pair(beam, compared, tmp_path):
     from PIL import Image
 
