@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.response.channels import body_blocks
+from modalprep.response.channels import Block, body_blocks
 from modalprep.response.grid import integration_grid
 from modalprep.response.inputs import Spectrum, as_spectra, uncovered
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
@@ -74,24 +74,13 @@ def harmonic_response(
     for block in body_blocks(body, equations):
         for part in block.parts(2 * len(f)):
             s = part.values(q, qdd, u[..., None])[..., 0]
-            values = s if block.mises is None else np.concatenate([s, largest_mises(s, block.mises)[..., None]], axis=2)
+            values = with_largest_mises(block, s)
             found.add(block, part, values, _figures(values, f), "peak")
     found.refuse_unmet()
     notes = [*missing_modes(body, equations, f[-1]), *limits_of_validity(body, equations, f[-1])]
     notes += large_deflection(body, equations, q[..., 0])
     notes += [*uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
-    return Response(
-        kind="harmonic",
-        axis=f,
-        names=tuple(found.names),
-        units=tuple(found.units),
-        values=found.stacked(found.curves, len(f)),
-        peaks=tuple(found.peaks),
-        inputs=tuple(spectra),
-        input_values=u,
-        notes=(*notes, *found.notes()),
-        chosen=found.chosen,
-    )
+    return found.response("harmonic", f, spectra, u, [*notes, *found.notes()])
 
 
 def _ascending(f: np.ndarray) -> np.ndarray:
@@ -114,6 +103,11 @@ def _figures(values: np.ndarray, f: np.ndarray) -> dict[str, np.ndarray]:
     at = np.argmax(size, axis=0)
     peak = np.take_along_axis(values, at[None], 0)[0]
     return {"peak": np.abs(peak), "at_hz": f[at], "phase_deg": np.degrees(np.angle(peak))}
+
+
+def with_largest_mises(block: Block, s: np.ndarray) -> np.ndarray:
+    """Return amplitudes (nf, p, c), of stress with the largest von Mises stress in a cycle as a further component."""
+    return s if block.mises is None else np.concatenate([s, largest_mises(s, block.mises)[..., None]], axis=2)
 
 
 def largest_mises(s: np.ndarray, A: np.ndarray) -> np.ndarray:

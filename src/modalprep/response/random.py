@@ -93,19 +93,7 @@ def random_response(
     notes += large_deflection(body, equations, 3 * np.diag(sigma), "deflects in one mode, at three sigma,")
     if any(block.kind == "stress" for block in body.recovery.values()):
         notes.append("three sigma of von Mises stress is three times its root mean square, though it is not Gaussian")
-    return Response(
-        kind="random",
-        axis=f,
-        names=tuple(found.names),
-        units=tuple(found.units),
-        values=found.stacked(found.curves, len(f)),
-        peaks=tuple(found.peaks),
-        inputs=tuple(spectra),
-        input_values=density,
-        weight=weight,
-        notes=tuple(notes),
-        chosen=found.chosen,
-    )
+    return found.response("random", f, spectra, density, notes, weight)
 
 
 def correlation_factor(given: str | np.ndarray, k: int) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -266,9 +266,30 @@ class Collector:
         for name, count in self.large.items():
             yield f"{name} has {count} channels, more than {MOST}: their peaks are listed, without curves"
 
-    def stacked(self, curves: list[np.ndarray], count: int) -> np.ndarray:
-        """Return the curves as columns."""
-        return np.stack(curves, axis=1) if curves else np.zeros((count, 0))
+    def response(
+        self,
+        kind: str,
+        axis: np.ndarray,
+        inputs: Iterable[str],
+        input_values: np.ndarray,
+        notes: Iterable[str],
+        weight: np.ndarray | None = None,
+    ) -> Response:
+        """Return the response with the channels that were taken."""
+        return Response(
+            kind=kind,
+            axis=axis,
+            names=tuple(self.names),
+            units=tuple(self.units),
+            values=_columns(self.curves, len(axis)),
+            peaks=tuple(self.peaks),
+            inputs=tuple(inputs),
+            input_values=input_values,
+            weight=weight,
+            steady=_columns(self.steady, len(axis)) if kind == "sweep" else None,
+            notes=tuple(notes),
+            chosen=self.chosen,
+        )
 
     def refuse_unmet(self) -> None:
         """Refuse chosen channels that are not there."""
@@ -276,3 +297,7 @@ class Collector:
         for name in self.chosen:
             if name not in self.met and not any(is_chosen(x, (name,)) for x in known):
                 raise InputError(f"response: there is no channel {name!r}; {suggestion(name, known[:60], 'there are')}")
+
+
+def _columns(curves: list[np.ndarray], count: int) -> np.ndarray:
+    return np.stack(curves, axis=1) if curves else np.zeros((count, 0))

@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.response.channels import Block, body_blocks
-from modalprep.response.harmonic import largest_mises
+from modalprep.response.harmonic import with_largest_mises
 from modalprep.response.inputs import PER_CYCLE, Rate, Spectrum, Sweep, as_spectra, uncovered
 from modalprep.response.integrate import Integrator
 from modalprep.response.modal import Damping, ModalEquations, modal_equations
@@ -100,19 +100,8 @@ def sweep_response(
         *uncovered(spectra, lowest, highest),
         *(f"{block.name} has too many channels for a sweep, which leaves it out" for block in every if block.is_large),
     ]
-    return Response(
-        kind="sweep",
-        axis=f[rising],
-        names=tuple(found.names),
-        units=tuple(found.units),
-        values=found.stacked(found.curves, len(f)),
-        peaks=tuple(found.peaks),
-        inputs=tuple(spectra),
-        input_values=np.stack([x.values_at(f[rising]) for x in spectra.values()], axis=1),
-        steady=found.stacked(found.steady, len(f)),
-        notes=tuple(notes),
-        chosen=found.chosen,
-    )
+    values = np.stack([x.values_at(f[rising]) for x in spectra.values()], axis=1)
+    return found.response("sweep", f[rising], spectra, values, notes)
 
 
 def _figures(largest: np.ndarray, times: np.ndarray, f: np.ndarray) -> dict[str, np.ndarray]:
@@ -173,12 +162,8 @@ def _steady(
     qdd = -((2 * np.pi * every[:, None, None]) ** 2) * q
     curves, top = [], []
     for block in blocks:
-        sizes = []
-        for part in block.parts(2 * len(every)):
-            s = part.values(q, qdd, u)[..., 0]
-            mises = [] if block.mises is None else [largest_mises(s, block.mises)[..., None]]
-            sizes.append(np.concatenate([np.abs(s), *mises], axis=2))
-        size = np.concatenate(sizes, axis=1)
+        parts = (part.values(q, qdd, u)[..., 0] for part in block.parts(2 * len(every)))
+        size = np.concatenate([np.abs(with_largest_mises(block, s)) for s in parts], axis=1)
         curves.append(size[: len(f)])
         top.append(size.max(axis=0))
     return curves, top

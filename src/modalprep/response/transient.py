@@ -92,18 +92,7 @@ def transient_response(
     top = 0.0 if not warnings and not equations.M.all() else None  # truncation vectors show what the rest does
     notes = [*warnings, *limits_of_validity(body, equations, top), *_sampling(inputs, h, t[-1], body), *found.notes()]
     notes += large_deflection(body, equations, q)
-    return Response(
-        kind="transient",
-        axis=t,
-        names=tuple(found.names),
-        units=tuple(found.units),
-        values=found.stacked(found.curves, len(t)),
-        peaks=tuple(found.peaks),
-        inputs=tuple(inputs),
-        input_values=u,
-        notes=tuple(notes),
-        chosen=found.chosen,
-    )
+    return found.response("transient", t, inputs, u, notes)
 
 
 def with_mises(block: Block, s: np.ndarray) -> np.ndarray:
