@@ -6,29 +6,49 @@ import signal
 from pathlib import Path
 
 import pytest
+from PIL import Image
+from size import FULL
 
 import modalprep as mp
+from modalprep.report.charts import figures
 from modalprep.report.pictures.render import drawing_problem
 
-PROJECT = Path(__file__).parent.parent
+TESTS = Path(__file__).parent
+PROJECT = TESTS.parent
 COMPILING = ("test_rigid_systems.py", "test_flexible_systems.py")
 WITHOUT_SOLVER = ("fe", "linalg", "reduction")
+RUNNING = ("bad", "cli", "fe", "formats", "multibody", "pipeline", "reduction", "supplied", "systems", "verdicts")
+draw_chart = figures._drawn
 
 
-def pytest_runtest_setup():
-    """Let broken pipes raise errors also after a test that opens gmsh itself, which has them end the process."""
+def folder(item):
+    """Return the folder of a test in this one; empty of doctests."""
+    return item.path.relative_to(TESTS).parts[0] if item.path.is_relative_to(TESTS) else ""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """Have broken pipes raise errors, also after gmsh has had them end the process; leave charts blank, or not.
+
+    Drawing them takes half the time of a short run. Tests of runs look at none, and draw them at the full size only.
+    """
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    figures._drawn = blank if folder(item) in RUNNING and not FULL else draw_chart
+
+
+def blank(_):
+    """Return a picture of one point."""
+    return Image.new("P", (1, 1))
 
 
 def pytest_collection_modifyitems(items):
     """Compile the solver first, then run what does not need it, for workers that would wait, then the rest in order."""
-    tests = Path(__file__).parent
 
     def stage(item):
         if item.path.name in COMPILING:
             return 0
-        return 1 if item.path.is_relative_to(tests) and item.path.relative_to(tests).parts[0] in WITHOUT_SOLVER else 2
+        return 1 if folder(item) in WITHOUT_SOLVER else 2
 
     items.sort(key=stage)
 
@@ -44,6 +64,12 @@ def drawing():
     """Skip the test where VTK cannot draw."""
     if problem := drawing_problem():
         pytest.skip(f"cannot draw: {problem}")
+
+
+@pytest.fixture
+def charts(monkeypatch):
+    """Charts that are drawn, for tests of runs that look at them."""
+    monkeypatch.setattr(figures, "_drawn", draw_chart)
 
 
 @pytest.fixture

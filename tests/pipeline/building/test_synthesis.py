@@ -100,7 +100,7 @@ def test_strain_energy_adds_up_to_one(shipped):
     assert 1 / 32 < share["outer"][0] < 1 / 8
 
 
-def test_table_and_notes(shipped, capsys):
+def test_table_and_notes(shipped, capsys, charts):
     assert main(["run", str(shipped.parent.parent / "two-beams.toml")]) == 0
     printed = capsys.readouterr().out
     assert "10 modes of 2 bodies." in printed

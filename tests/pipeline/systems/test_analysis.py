@@ -64,7 +64,7 @@ def angle_of(folder):
 
 
 @pytest.mark.parametrize("command", ["analyse", "run"])
-def test_pendulum_with_a_spring(folder, capsys, command):
+def test_pendulum_with_a_spring(folder, charts, capsys, command):
     """Rest, frequency, damping, response, and torque in closed form."""
     assert job(folder, SWING + ANALYSIS, command) == 0
     said, files = capsys.readouterr().out, folder / "output/job"
@@ -426,7 +426,7 @@ modes = 4
 """
 
 
-def test_a_campbell_diagram(tmp_path, capsys):
+def test_a_campbell_diagram(tmp_path, capsys, charts):
     """The springs' axes stand still: critical speeds at ``sqrt(k / m)``, decrement ``pi c / sqrt(k m)``."""
     assert job(tmp_path, ROTOR, "analyse") == 0
     [folder] = (tmp_path / "output").iterdir()

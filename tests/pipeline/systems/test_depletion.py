@@ -113,7 +113,7 @@ def test_wrong_keys_get_one_message(folder, old, new, message):
         mp.simulate(system_of(FILE.replace(old, new), folder), t_end=1.0)
 
 
-def test_sweep_of_modes(folder):
+def test_sweep_of_modes(folder, charts):
     """A clamped beam that burns half of its mass: frequencies of the CSV file are sqrt(m0 / m) times the first."""
     text = FILE.partition("[depletions.fuel]")[0].replace("free", "weld").replace("universal", "weld")
     text = text.replace("second_axis = [0, 1, 0]\n", "")
