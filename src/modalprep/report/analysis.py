@@ -17,7 +17,7 @@ from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report.charts import plots
 from modalprep.report.charts.figures import Figure, named, save_figure
 from modalprep.report.tables import hertz, percent
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import plain_table, print_table, right_aligned
 
 GROWS = 1e-9  # real part over size of an eigenvalue: less is round-off
 
@@ -38,14 +38,9 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
             Hz   damping %   moves most...
     1   0.6044           .   beam...
     """
-    rich = plain_table()
     said = [course(z) for z in modes.eigenvalue.tolist()[:count]]
-    rich.add_column("", justify="right")
-    for name in ("Hz", "damping %"):
-        rich.add_column(name, justify="right")
-    rich.add_column("moves most")
-    if any(said):
-        rich.add_column("course")
+    figures = right_aligned("", "Hz", "damping %", no_wrap=False)
+    rich = plain_table(*figures, "moves most", *(["course"] if any(said) else []))
     for k, moves in enumerate(most_moved(modes)[:count]):
         swings = modes.eigenvalue[k].imag != 0 or modes.frequency[k] == 0
         numbers = (hertz(modes.frequency[k]), percent(modes.damping[k])) if swings else (".", ".")
@@ -71,9 +66,7 @@ def kinematics_table(found: InverseKinematics, console: Console) -> None:
     joint...
     hinge   1.5708         0...
     """
-    rich = plain_table()
-    for name in ("joint", "position (m, rad)", "speed (m/s, rad/s)"):
-        rich.add_column(name)
+    rich = plain_table("joint", "position (m, rad)", "speed (m/s, rad/s)")
     for name, place in found.joints.items():
         rich.add_row(Text(name), _numbers(place), _numbers(found.joint_rates[name]))
     console.print(Text("Start values of the joints", "bold"))

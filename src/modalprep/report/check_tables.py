@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rich.console import Console
+from rich.table import Column
 from rich.text import Text
 
-from modalprep.report.terminal import plain_table, print_table, print_text, print_verdict
+from modalprep.report.terminal import plain_table, print_table, print_text, print_verdict, right_aligned
 from modalprep.verdicts.notes import kind_of
 
 
@@ -29,10 +30,8 @@ def quality_table(quality, console: Console) -> None:
     line       4        2.5     2.5      2.5...
     No errors, no warnings.
     """
-    rich = plain_table()
-    rich.add_column("cells", no_wrap=True)
-    for name in ("number", "smallest", "median", "largest", "aspect", "angles", "Jacobian", "warpage"):
-        rich.add_column(name, justify="right", no_wrap=True)
+    figures = right_aligned("number", "smallest", "median", "largest", "aspect", "angles", "Jacobian", "warpage")
+    rich = plain_table(Column("cells", no_wrap=True), *figures)
     for kind, row in quality.statistics.items():
         rich.add_row(*map(Text, (kind, *_quality_cells(row))))
     head = ("Mesh quality", "bold"), (": mean edge in m; the worst aspect ratio, angles in degrees, Jacobian", "dim")
@@ -57,10 +56,7 @@ def survey_table(title: str, rows: Iterable[tuple[str, str, str, bool]], console
     ───────────────────────────────
     opening  hole_1  yes   radius 4
     """
-    rich = plain_table()
-    for name in ("found", "name", "used"):
-        rich.add_column(name, no_wrap=True)
-    rich.add_column("", overflow="fold")
+    rich = plain_table(*(Column(head, no_wrap=True) for head in ("found", "name", "used")), "")
     for kind, name, what, used in rows:
         mark = Text("yes", "bold green") if used else Text("no")
         rich.add_row(Text(kind), Text(name), mark, Text(what), style="" if used else "dim")
@@ -87,11 +83,7 @@ def check_table(report, console: Console) -> None:
     ...
     PASS: ...
     """
-    rich = plain_table()
-    rich.add_column("       check", no_wrap=True)
-    for name in ("value", "limit"):
-        rich.add_column(name, justify="right", no_wrap=True)
-    rich.add_column("meaning", overflow="fold", ratio=1)
+    rich = plain_table(Column("       check", no_wrap=True), *right_aligned("value", "limit"), "meaning")
     for check in report.checks:
         mark = Text("ok", "green") if check.within else Text("warn") if check.passed else Text("FAILED", "bold red")
         mark.pad_right(len("FAILED ") - len(mark))

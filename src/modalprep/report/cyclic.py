@@ -15,7 +15,7 @@ from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import COLOURS, plain_axes
 from modalprep.report.numbers import number
 from modalprep.report.tables import hertz
-from modalprep.report.terminal import plain_table, print_table, print_text
+from modalprep.report.terminal import plain_table, print_table, print_text, right_aligned
 
 COLUMNS = 8  # modes of a nodal diameter in the terminal
 
@@ -39,9 +39,7 @@ def cyclic_table(modes: CyclicModes, console: Console) -> None:
     console.print(Text.assemble((f"Modes of {modes.sectors} sectors by nodal diameter", "bold"), f", Hz{_at(modes)}"))
     rows = {n: modes.frequency[modes.nodal_diameter == n] for n in np.unique(modes.nodal_diameter)}
     count = min(COLUMNS, max(map(len, rows.values())))
-    table = plain_table()
-    for heading in ("nodal diameter", *map(str, range(1, count + 1))):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = plain_table(*right_aligned("nodal diameter", *map(str, range(1, count + 1))))
     for n, own in rows.items():
         table.add_row(str(n), *map(hertz, own[:count]))
     print_table(table, console)

@@ -14,7 +14,7 @@ from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
 from modalprep.report.charts import plots
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import plain_table, print_table, right_aligned
 
 BAND, STEP = 0.2, 0.16  # opacity of the widest band, and what each one inside adds
 
@@ -132,9 +132,8 @@ def statistics_table(
              largest      2      1.414    2
     """
     levels = list(levels)
-    rich = plain_table()
-    for number, name in enumerate(statistics_head(levels)):
-        rich.add_column(name, justify="right" if number > 1 else "left")
+    channel, value, *figures = statistics_head(levels)
+    rich = plain_table(channel, value, *right_aligned(*figures, no_wrap=False))
     last = ""
     for name, kind, *numbers in ensemble.statistics(levels, channels):
         rich.add_row(Text("" if name == last else str(name)), str(kind), *(f"{number:.4g}" for number in numbers))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
 from modalprep.report.numbers import number, quantity, shown_unit
 from modalprep.report.tables import hertz, margin_of_safety, prefixed
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import print_rows
 from modalprep.response.result import Peak, Response
 
 if TYPE_CHECKING:
@@ -49,7 +49,6 @@ MEANING = {
     "random": "Power spectral densities",
     "transient": "Histories",
 }
-LEFT_ALIGNED = ("channel", "from", "ruled by")  # columns of texts
 QUANTITIES = {
     "N": "force",
     "N m": "moment",
@@ -130,27 +129,7 @@ def peak_table(name: str, response: Response, console: Console) -> None:
     """
     console.print(Text.assemble("Response ", (name, "bold"), f" ({response.kind})"))
     rows = peak_rows(response)
-    print_rows(peak_columns(response), rows, console, [row[-1].startswith("-") for row in rows])
-
-
-def print_rows(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Console, bad: Sequence[bool]) -> None:
-    """Print rows of texts; bad ones are red.
-
-    Examples
-    --------
-    >>> print_rows(["channel", "damage"], [["a", "2"]], Console(width=20, color_system=None), [True])
-      channel  damage
-      ───────────────
-      a             2
-    <BLANKLINE>
-    """
-    table = plain_table()
-    for head in heads:
-        table.add_column(head, justify="left" if head in LEFT_ALIGNED else "right")
-    for row, fails in zip(rows, bad, strict=True):
-        table.add_row(*row, style="red" if fails else None)
-    print_table(table, console, indent=2)
-    console.print()
+    print_rows(peak_columns(response), rows, console, [row[-1].startswith("-") for row in rows], ("channel",))
 
 
 def response_plot(response: Response, path: str | Path) -> Path:

@@ -17,7 +17,7 @@ from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, INK, add_head, plain_axes
 from modalprep.report.numbers import number
 from modalprep.report.tables import hertz
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import plain_table, print_table, right_aligned
 
 RPM = 30 / np.pi  # per rad/s
 STYLES = {  # of the motion in most of the diagram
@@ -48,11 +48,7 @@ def campbell_table(found: Campbell, name: str, console: Console) -> None:
     if not found.critical:
         console.print(Text("  none within the speeds of the diagram"))
         return
-    table = plain_table()
-    for heading in ("rpm", "order", "mode", "Hz"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("whirl")
-    table.add_column("log decrement", justify="right", no_wrap=True)
+    table = plain_table(*right_aligned("rpm", "order", "mode", "Hz"), "whirl", *right_aligned("log decrement"))
     for each in found.critical:
         numbers = (
             number(each.rpm, 6),
@@ -151,10 +147,7 @@ def peaks_table(found: UnbalanceResponse, name: str, console: Console) -> None:
     if not rows:
         console.print(Text("  no peak within the speeds"))
         return
-    table = plain_table()
-    table.add_column("interface")
-    for heading in ("rpm", "amplitude m", "amplification"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = plain_table("interface", *right_aligned("rpm", "amplitude m", "amplification"))
     for end, peak in rows:
         table.add_row(Text(end), number(peak.rpm, 5), number(peak.amplitude), number(peak.amplification))
     print_table(table, console)

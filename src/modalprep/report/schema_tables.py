@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from rich.console import Console
+from rich.table import Column
 from rich.text import Text
 
 from modalprep.errors import InputError
@@ -128,9 +129,7 @@ def _step(path: str, known: Mapping[str, Node], name: str) -> Node:
 
 def schema_list(schema: Node, console: Console) -> None:
     """Print the tables of a pipeline file with their keys."""
-    rows = plain_table()
-    rows.add_column("table", no_wrap=True)
-    rows.add_column("keys, or types of table")
+    rows = plain_table(Column("table", no_wrap=True), "keys, or types of table")
     for name, value in schema["properties"].items():
         tables = _tables(schema, value)
         words = [_type(table) or table_word(ref) for ref, table in zip(tables_named_in(value), tables, strict=True)]
@@ -156,10 +155,7 @@ def _print_table(path: str, table: Node, console: Console) -> None:
     said = table.get("description", "").split("\n\nExamples")[0]
     if said:
         console.print(Text(said))
-    rows = plain_table()
-    rows.add_column("key", no_wrap=True)
-    for name in ("value", "default", "meaning"):
-        rows.add_column(name)
+    rows = plain_table(Column("key", no_wrap=True), "value", "default", "meaning")
     for key in keys_of(table):
         rows.add_row(Text(key.name, "bold"), Text(key.kind), Text(key.default), Text(key.meaning))
     print_table(rows, console)

@@ -12,8 +12,9 @@ from rich.text import Text
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
 from modalprep.report.numbers import number, quantity, shown_unit
-from modalprep.report.responses import plain_decades, print_rows, squared
+from modalprep.report.responses import plain_decades, squared
 from modalprep.report.tables import hertz
+from modalprep.report.terminal import print_rows
 from modalprep.response.fatigue import Fatigue
 from modalprep.response.limits import NotchedInput
 from modalprep.response.shock import ShockSpectrum
@@ -56,7 +57,7 @@ def notch_table(name: str, cut: NotchedInput, console: Console) -> None:
         console.print(Text(f"Response {name} needs no notch: all limits are kept."))
         return
     console.print(Text.assemble("Notches of response ", (name, "bold")))
-    print_rows(NOTCH, notch_rows(cut), console, [False] * len(cut.notches))
+    print_rows(NOTCH, notch_rows(cut), console, [False] * len(cut.notches), ("from", "ruled by"))
 
 
 def fatigue_rows(fatigues: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
@@ -95,7 +96,7 @@ def fatigue_table(name: str, fatigues: Mapping[str, Fatigue], console: Console) 
     ...
     """
     console.print(Text.assemble("Fatigue ", (name, "bold")))
-    print_rows(FATIGUE, fatigue_rows(fatigues), console, [x.damage >= 1 for x in fatigues.values()])
+    print_rows(FATIGUE, fatigue_rows(fatigues), console, [x.damage >= 1 for x in fatigues.values()], ("channel",))
 
 
 def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path:

@@ -15,7 +15,7 @@ from modalprep.report.charts.figures import Figure, named, save_figure
 from modalprep.report.pictures.sheet import render_modes
 from modalprep.report.scene.record import Scene
 from modalprep.report.tables import hertz, percent
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import plain_table, print_table, right_aligned
 
 
 def synthesis_table(
@@ -42,9 +42,8 @@ def synthesis_table(
     System modes...
     7 modes of 2 bodies, 6 of them rigid-body modes.
     """
-    rich = plain_table()
-    for name in ("", "Hz", *fractions, *(["damping"] if damping is not None else [])):
-        rich.add_column(Text(name), justify="right")
+    heads = ("", "Hz", *fractions, *(["damping"] if damping is not None else []))
+    rich = plain_table(*right_aligned(*map(Text, heads), no_wrap=False))
     for k, frequency in enumerate(modes.frequency):
         elastic = k >= modes.rigid
         cells = [percent(share[k]) if elastic else "" for share in fractions.values()]

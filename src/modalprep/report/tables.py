@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.padding import Padding
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
 from modalprep.report.numbers import number, quantity
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import plain_table, print_rows, print_table, right_aligned
 
 WIDE = 105  # columns; with fewer, each row names its largest directions only
 LISTED = 40  # maximum number of listed frequencies and stress points
@@ -83,14 +83,9 @@ def is_held_elsewhere(table: ModeTable) -> bool:
 
 
 def _empty_table(wide: bool) -> Table:
-    rich = plain_table()
-    rich.add_column("", justify="right", no_wrap=True)
-    rich.add_column("kind", no_wrap=True)
-    for name in ("Hz", *((*DIRECTIONS, "sum") if wide else ("mass", "inertia"))):
-        rich.add_column(name, justify="right", no_wrap=True)
-    rich.add_column("kept", no_wrap=True)
-    rich.add_column("reason", overflow="fold", ratio=1)
-    return rich
+    masses = (*DIRECTIONS, "sum") if wide else ("mass", "inertia")
+    kind, kept = (Column(head, no_wrap=True) for head in ("kind", "kept"))
+    return plain_table(*right_aligned(""), kind, *right_aligned("Hz", *masses), kept, "reason")
 
 
 def _mass_cells(table: ModeTable, k: int, wide: bool) -> list[str]:
@@ -264,20 +259,13 @@ def envelope_rows(envelopes: Sequence[Envelope]) -> list[tuple[str, ...]]:
 def envelope_table(envelopes: Sequence[Envelope], console: Console) -> None:
     """Print `envelope_rows`; negative margins are red."""
     console.print(Text("Recovered over the run", "bold"))
-    table = plain_table()
-    for name in ENVELOPE:
-        table.add_column(name, justify="left" if name in ("recovery", "component", "at") else "right")
-    for row in envelope_rows(envelopes):
-        table.add_row(*row, style="red" if row[-1].startswith("-") else None)
-    print_table(table, console, indent=2)
-    console.print()
+    rows = envelope_rows(envelopes)
+    print_rows(ENVELOPE, rows, console, [row[-1].startswith("-") for row in rows], ("recovery", "component", "at"))
 
 
 def shapes_table(generators: Iterable[Any], console: Console) -> None:
     """Print the parametric shapes of `modalprep mesh`: parameters with units and defaults, and the groups they make."""
-    table = plain_table()
-    for head in ("shape", "parameter", "default", "meaning"):
-        table.add_column(head)
+    table = plain_table("shape", "parameter", "default", "meaning")
     for g in generators:
         table.add_row(Text(g.name), "", "", Text(f"{g.meaning}; groups {', '.join(g.groups)}"), style="bold")
         for p in g.parameters.values():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from rich import box
 from rich.console import Console, RenderableType
@@ -20,9 +20,16 @@ INSET = 2  # of the further lines of a row that does not fit
 SHORT = 30  # letters of a cell that shares its line with others
 
 
-def plain_table() -> Table:
-    """Return a table without frame and columns, its head bold over a line."""
-    return Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+def plain_table(*columns: str | Column) -> Table:
+    """Return a table without frame, its head bold over a line."""
+    return Table(
+        *columns, box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0)
+    )
+
+
+def right_aligned(*heads: str | Text, no_wrap: bool = True) -> list[Column]:
+    """Return columns of numbers."""
+    return [Column(head, justify="right", no_wrap=no_wrap) for head in heads]
 
 
 def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
@@ -30,9 +37,7 @@ def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
 
     Examples
     --------
-    >>> table = plain_table()
-    >>> for head in ("kind", "reason"):
-    ...     table.add_column(head)
+    >>> table = plain_table("kind", "reason")
     >>> table.add_row("truncation", "static response")
     >>> print_table(table, Console(width=20, color_system=None))
     kind        reason
@@ -51,6 +56,26 @@ def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
     for column, width in zip(table.columns, widths, strict=True):
         column.width, column.ratio, column.overflow = width, None, "fold"
     console.print(Padding(table, (0, 0, 0, indent), expand=False))
+
+
+def print_rows(
+    heads: Sequence[str], rows: Sequence[Sequence[str]], console: Console, bad: Sequence[bool], texts: Collection[str]
+) -> None:
+    """Print rows of texts, bad ones in red; all columns but those of `texts` have numbers.
+
+    Examples
+    --------
+    >>> print_rows(["channel", "damage"], [["a", "2"]], Console(width=20, color_system=None), [True], ["channel"])
+      channel  damage
+      ───────────────
+      a             2
+    <BLANKLINE>
+    """
+    table = plain_table(*(Column(head, justify="left" if head in texts else "right") for head in heads))
+    for row, fails in zip(rows, bad, strict=True):
+        table.add_row(*row, style="red" if fails else None)
+    print_table(table, console, indent=2)
+    console.print()
 
 
 def fitted(ranges: Sequence[tuple[int, int]], width: int) -> list[int] | None:

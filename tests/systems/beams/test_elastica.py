@@ -37,8 +37,8 @@ def frequency(rate, start: np.ndarray) -> float:
     def turning(t, z):
         return z[len(z) // 2]
 
-    turning.direction, turning.terminal = 1, 4
-    z = solve_ivp(rate, (0, 10.0), start, "DOP853", events=turning, rtol=1e-9, atol=1e-12)
+    turning.direction, turning.terminal = 1, 3
+    z = solve_ivp(rate, (0, 10.0), start, "DOP853", events=turning, rtol=1e-7, atol=1e-10)
     half = [t for t in z.t_events[0] if t > 1e-3]  # half a period, then whole ones
     return 2 / (half[2] - half[0])
 

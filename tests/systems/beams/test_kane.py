@@ -144,14 +144,15 @@ def sliding():
     free = mechanics.KanesMethod(inertial, [a, b], [ua, ub], kinematics)
     fr, inertia = free.kanes_equations(particles, [*weights, (tip, force * inertial.y)])
     unknown = [ua.diff(), ub.diff(), force]
-    solved = sympy.solve([*(fr + inertia), sink.diff().subs(rates)], unknown, dict=True)[0]
+    matrix, known = sympy.linear_eq_to_matrix([*(fr + inertia), sink.diff().subs(rates)], unknown)
+    solved = matrix.LUsolve(known)
 
     bound = mechanics.KanesMethod(inertial, [a], [ua], kinematics, q_dependent=[b], u_dependent=[ub],
                                   configuration_constraints=[level], velocity_constraints=[sink])  # fmt: skip
     bound.kanes_equations(particles, weights)
     state = (a, b, ua, ub)
     eliminated = bound.mass_matrix.LUsolve(bound.forcing).subs(rates)
-    return sympy.lambdify(state, [solved[k] for k in unknown]), sympy.lambdify(state, list(eliminated))
+    return sympy.lambdify(state, list(solved)), sympy.lambdify(state, list(eliminated))
 
 
 @pytest.fixture(scope="module")

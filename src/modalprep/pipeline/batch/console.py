@@ -11,11 +11,12 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
+from rich.table import Column
 from rich.text import Text
 
 from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.console import Reporter
-from modalprep.report.terminal import VERDICT_STYLE, clock, plain_table, print_table, print_text
+from modalprep.report.terminal import VERDICT_STYLE, clock, plain_table, print_table, print_text, right_aligned
 from modalprep.verdicts.verdict import read_verdict
 from modalprep.workers.team import Team
 
@@ -106,9 +107,8 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
         _summary(rows, console)
         return
     keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
-    table = plain_table()
-    for head in ("job", *keys, "state", "verdict", "time", "saved"):
-        table.add_column(Text(head), overflow="fold", justify="right" if head in ("time", "saved") else "left")
+    texts = (Column(Text(head)) for head in ("job", *keys, "state", "verdict"))
+    table = plain_table(*texts, *right_aligned("time", "saved", no_wrap=False))
     for row in rows:
         table.add_row(*map(Text, [row["job"], *(row["values"].get(key, "") for key in keys)]), *_ending(row))
     console.print()

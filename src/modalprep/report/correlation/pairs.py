@@ -12,7 +12,7 @@ from modalprep.correlation.pairing import Correlation
 from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.charts.plots import INK
 from modalprep.report.tables import hertz
-from modalprep.report.terminal import plain_table, print_table, print_text
+from modalprep.report.terminal import plain_table, print_table, print_text, right_aligned
 
 WRITTEN = 20  # maximum number of modes of a side with values written in the cells
 WORST = 5  # listed components of the lowest COMAC
@@ -47,9 +47,7 @@ def correlation_table(correlation: Correlation, console: Console) -> None:
     """
     names = f" of {correlation.test.name} (test) and {correlation.analysis.name} (analysis)"
     console.print(Text.assemble(("Pairs of modes", "bold"), names))
-    rich = plain_table()
-    for name in HEADS:
-        rich.add_column(name, justify="right")
+    rich = plain_table(*right_aligned(*HEADS, no_wrap=False))
     for row in correlation.rows():
         test, analysis, f_test, f_analysis, off, mac, cross, d_test, d_analysis = row.values()
         rich.add_row(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 from rich.console import Console
+from rich.table import Column
 from rich.text import Text
 
 from modalprep.correlation.derivatives import Sensitivities
@@ -15,7 +16,7 @@ from modalprep.report.body_page.table import Table
 from modalprep.report.charts.figures import Figure, save_figure
 from modalprep.report.charts.plots import INK
 from modalprep.report.tables import hertz
-from modalprep.report.terminal import plain_table, print_table, print_text
+from modalprep.report.terminal import plain_table, print_table, print_text, right_aligned
 
 ROWS = 30  # most influential parameters that are shown
 COLUMNS = 6  # modes in the terminal
@@ -39,11 +40,8 @@ def sensitivity_table(sensitivities: Sensitivities, console: Console) -> None:
     order = _most_influential(sensitivities)
     count = min(COLUMNS, len(sensitivities.frequency))
     console.print(Text.assemble(("Sensitivity of the frequencies", "bold"), ", % per %"))
-    table = plain_table()
-    table.add_column("parameter", no_wrap=True)
-    table.add_column("value", justify="right", no_wrap=True)
-    for k in range(count):
-        table.add_column(f"{k + 1}: {hertz(sensitivities.frequency[k])}", justify="right", no_wrap=True)
+    modes = [f"{k + 1}: {hertz(sensitivities.frequency[k])}" for k in range(count)]
+    table = plain_table(Column("parameter", no_wrap=True), *right_aligned("value", *modes))
     for j in order:
         parameter = sensitivities.parameters[j]
         cells = [f"{value:+.3f}" if abs(value) >= 5e-4 else "." for value in sensitivities.relative[:count, j]]

@@ -13,7 +13,7 @@ from modalprep.correlation.study import Study
 from modalprep.report.charts.figures import Axes, Figure, save_figure
 from modalprep.report.charts.plots import CURVES, INK, LINES, plain_axes
 from modalprep.report.tables import hertz
-from modalprep.report.terminal import plain_table, print_table, print_text
+from modalprep.report.terminal import plain_table, print_table, print_text, right_aligned
 
 SAID = 8  # uncertain numbers in the terminal
 PANELS = 12
@@ -39,9 +39,7 @@ def track_table(study: Study, console: Console) -> None:
     """
     title = f" of {study.name} over {', '.join(study.parameters)}, followed by their shapes"
     console.print(Text.assemble(("Modes", "bold"), title))
-    table = plain_table()
-    for name in ("mode", "cases", "Hz from", "to", "places", "smallest MAC"):
-        table.add_column(name, justify="right", no_wrap=True)
+    table = plain_table(*right_aligned("mode", "cases", "Hz from", "to", "places", "smallest MAC"))
     for row in study.summary():
         places = sorted({row["first_place"], row["last_place"]})
         table.add_row(

@@ -14,7 +14,7 @@ from modalprep.atomic import write_columns
 from modalprep.report.body_page.section import Section, paragraph
 from modalprep.report.body_page.table import Table
 from modalprep.report.run_page.curves import curves
-from modalprep.report.terminal import plain_table, print_table
+from modalprep.report.terminal import plain_table, print_table, right_aligned
 from modalprep.sensitivity.gradient import Gradient
 from modalprep.sensitivity.run_sensitivities import RunSensitivities
 
@@ -41,9 +41,7 @@ def derivatives_table(
     hinge.stiffness      1                      3
     """
     head, rows = _table(histories, objective, gradient)
-    table = plain_table()
-    for k, name in enumerate(head):
-        table.add_column(name, justify="left" if k == 0 else "right")
+    table = plain_table(head[0], *right_aligned(*head[1:], no_wrap=False))
     for row in rows:
         table.add_row(Text(str(row[0])), *(f"{value:.6g}" for value in row[1:]))
     console.print(Text("Derivatives of the run", "bold"))
