@@ -57,7 +57,7 @@ def table(path):
         return list(csv.DictReader(file))
 
 
-def test_files_and_tables(run, tmp_path):
+def test_files_and_tables(run, tmp_path, charts):
     code, found, _ = run(SYSTEM + ENSEMBLE)
     folder = tmp_path / "output/job"
     assert code == 0

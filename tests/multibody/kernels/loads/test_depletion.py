@@ -74,7 +74,8 @@ def test_energy_balances_on_a_flight(method):
 def test_dense_run_is_the_same():
     system = depleted_tree(1).with_(gravity=np.zeros(3))
     one, two = (
-        mp.simulate(system, t_end=0.01, rtol=1e-9, output_step=0.005, reference=reference) for reference in (False, True)
+        mp.simulate(system, t_end=0.01, rtol=1e-9, output_step=0.005, reference=reference)
+        for reference in (False, True)
     )
     for name in ("energy.kinetic", "momentum.linear", "b1.modal"):
         np.testing.assert_allclose(one[name], two[name], rtol=1e-7, atol=1e-9)
