@@ -19,7 +19,9 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.blas import inner, one_numpy_thread
+from modalprep.linalg.sparse import times
 from modalprep.reduction.basis import Reduction
+from modalprep.reduction.dampers import coupling_note, damping_fields
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
@@ -108,6 +110,7 @@ def flexible_body(
     else:
         body = with_second_order_mass(body, model, reduction, second_order_mass, low)
     said = [text for key, text in body.provenance.items() if key in (SECOND_ORDER, STATIONS)]
+    said += coupling_note(body.coupled_damping)
     own = (*said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
     return body.with_(notes=(*model.notes, *reduction.notes, *own), mode_names=_mode_names(model, body))
 
@@ -119,6 +122,7 @@ def _body(
     Phi = reduction.basis
     n = Phi.shape[1]
     w = 2 * np.pi * reduction.frequency
+    dampers = None if model.damping is None else inner(Phi, times(model.damping, Phi))
     Kg_if = Kg[12:].reshape(len(model.interfaces), 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
     at_interfaces[0] = 0.0
@@ -137,7 +141,7 @@ def _body(
         phi=at_interfaces[:, :3],
         psi=at_interfaces[:, 3:],
         K=w**2,
-        D=2 * damping * w,
+        **damping_fields(2 * damping * w, dampers),
         frequency=reduction.frequency,
         interface_name=tuple(frame.name for frame in model.interfaces),
         interface_position=np.array([frame.position for frame in model.interfaces]),

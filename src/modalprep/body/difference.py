@@ -128,7 +128,7 @@ def _answers(body: FlexibleBody) -> Iterator[np.ndarray]:
     X = _static(body)
     yield U @ X
     yield np.concatenate([body.S, body.H.reshape(9, -1)]) @ X
-    yield (X.T * body.D) @ X
+    yield X.T @ body.damping_matrix @ X
     yield _in_answers(body.P.reshape(9, body.n, body.n), X)
     yield _in_answers(np.concatenate([body.Kg_A, body.Kg_W.reshape(9, body.n, body.n)]), X)
     yield _in_answers(np.concatenate([body.Kg_F, body.Kg_T]).reshape(-1, body.n, body.n), X)

@@ -49,7 +49,9 @@ class FlexibleBody(Record, ModalBody, Animated):
     phi, psi : (n_if, 3, n)
         Translation / rotation of each interface per modal coordinate; zero for the root, except in mean axes.
     K, D : (n,)
-        Modal stiffness ``(2 pi frequency)^2`` and modal damping ``2 zeta omega``.
+        Modal stiffness ``(2 pi frequency)^2`` and modal damping, ``2 zeta omega`` and the diagonal of viscous dampers.
+    coupled_damping : (n, n) or None
+        The whole damping matrix, 1/s, where viscous dampers couple the modes; D is its diagonal.
     frequency : (n,)
         Hz, with the root interface clamped; in mean axes free-free.
     interface_name : tuple of str
@@ -125,6 +127,7 @@ class FlexibleBody(Record, ModalBody, Animated):
     T: np.ndarray | None = None
     truncation: np.ndarray = given(converter=filled, default=None)
     stations: Stations | None = None
+    coupled_damping: np.ndarray | None = None
     mode_names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -140,6 +143,11 @@ class FlexibleBody(Record, ModalBody, Animated):
     def n(self) -> int:
         """Number of modal coordinates."""
         return len(self.K)
+
+    @property
+    def damping_matrix(self) -> np.ndarray:
+        """Modal damping (n, n), 1/s."""
+        return np.diag(self.D) if self.coupled_damping is None else self.coupled_damping
 
     @cached_property
     def normalised(self) -> bool:
@@ -165,7 +173,7 @@ class FlexibleBody(Record, ModalBody, Animated):
         """Return a copy with the named fields changed.
 
         New modes (`K`) have no `energy`, `stress`, `recovery`, `truncation`, `T`, `stations` and names, and mass 1,
-        unless given.
+        unless given; new modes or another D have no `coupled_damping`.
 
         Returns
         -------
@@ -174,7 +182,8 @@ class FlexibleBody(Record, ModalBody, Animated):
         """
         none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None}
         none |= {"truncation": None, "mode_names": (), "stations": None}
-        return super().with_(**((none if "K" in changes else {}) | changes))
+        own = {"coupled_damping": None} if {"K", "D"} & set(changes) else {}
+        return super().with_(**((none if "K" in changes else {}) | own | changes))
 
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
         """Return the stress (Pa) by ``point.component`` at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``.

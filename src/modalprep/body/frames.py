@@ -27,6 +27,7 @@ from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import InputError
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_signs
+from modalprep.reduction.dampers import damping_in_basis
 from modalprep.suggest import refuse_other, suggestion
 from modalprep.vectors import skew
 
@@ -275,7 +276,7 @@ def _following(body: FlexibleBody, rigid_motion: Follow) -> FlexibleBody:
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
     changed |= recovery_in_frame(body.recovery, body.provenance, a, Y)
     changed["truncation"] = body.truncation @ Y**2 / np.sum(Y**2, axis=0)
-    return body.with_(**changed, K=w2, D=np.einsum("ni,n,ni->i", Y, body.D, Y), frequency=np.sqrt(w2) / (2 * np.pi))
+    return body.with_(**changed, K=w2, **damping_in_basis(body, Y), frequency=np.sqrt(w2) / (2 * np.pi))
 
 
 def _rigid(body: FlexibleBody, a: np.ndarray) -> Moments:

@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import steady_mass
 from modalprep.errors import InputError
+from modalprep.reduction.dampers import damping_in_basis
 from modalprep.vectors import skew
 
 
@@ -64,7 +65,7 @@ def linearised_geometric_stiffness(
         **changed,
         P=Y.T @ body.P @ Y,
         K=K,
-        D=np.einsum("ij,i,ij->j", Y, body.D, Y),
+        **damping_in_basis(body, Y),
         frequency=np.sqrt(K) / (2 * np.pi),
         stress={name: at.in_basis(Y) for name, at in body.stress.items()},
         recovery={name: block.in_basis(Y) for name, block in body.recovery.items()},

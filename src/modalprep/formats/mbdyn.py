@@ -122,7 +122,7 @@ def _basic(body: FlexibleBody, nodes: list[Node], labels: list[str]) -> dict[str
         "9, MODAL MASS MATRIX": _rows(np.eye(body.n)),
         "10, MODAL STIFFNESS MATRIX": _rows(np.diag(body.K)),
         "12, RIGID BODY INERTIA ABOUT THE CENTRE OF MASS": [_row([body.m]), _row(centre), *_rows(central)],
-        "13, MODAL DAMPING MATRIX": _rows(np.diag(body.D)),
+        "13, MODAL DAMPING MATRIX": _rows(body.damping_matrix),
     }
 
 

@@ -112,6 +112,8 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
             _store(file, "modal_mass", body.modal_mass)
         if body.T is not None:
             _store(file, "T", body.T)
+        if body.coupled_damping is not None:
+            _store(file, "coupled_damping", body.coupled_damping)
         if np.any(body.truncation):
             _store(file, "truncation", body.truncation)
         for name in STATIONS if body.stations else ():
@@ -258,6 +260,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         cells=cells,
         modal_mass=_array(file, "modal_mass", (n, n)) if "modal_mass" in file else None,
         T=_array(file, "T", (n, n, n)) if "T" in file else None,
+        coupled_damping=_array(file, "coupled_damping", (n, n)) if "coupled_damping" in file else None,
         truncation=_array(file, "truncation", (n,)) if "truncation" in file else None,
         stations=_stations(file, n, k, len(points)) if "stations" in file else None,
         **{name: _per_cell(file, name, cells, n) for name in PER_CELL},

@@ -98,7 +98,7 @@ def superelement(body: FlexibleBody) -> Superelement:
     nodes = _rigid(body.points)[:, :3].reshape(-1, 6) @ frame + body.shape.reshape(-1, body.n) @ q
     return Superelement(
         M=_symmetric(coordinates.T @ mass_matrix(body, np.zeros(body.n)) @ coordinates),
-        D=_symmetric(q.T @ (body.D[:, None] * q)),
+        D=_symmetric(q.T @ body.damping_matrix @ q),
         K=_uncoupled(_symmetric(q.T @ (body.K[:, None] * q)), w2),
         recovery=np.concatenate([R.reshape(-1, 6) @ frame + Phi.reshape(-1, body.n) @ q, nodes]),
         physical=tuple(physical),

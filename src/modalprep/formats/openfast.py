@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
@@ -51,7 +52,7 @@ def write_extptfm(body: FlexibleBody, path: str | Path) -> Path:
         raise InputError(f"body {body.name!r} has its {body.frame}; ExtPtfm needs reroot(body, interface) first")
     n = 6 + body.n
     M = mass_matrix(body, np.zeros(body.n))
-    K, D = (np.diag(np.concatenate([np.zeros(6), values])) for values in (body.K, body.D))
+    K, D = (block_diag(np.zeros((6, 6)), A) for A in (np.diag(body.K), body.damping_matrix))
     weight = -G * M[:, 2]
     lines = [
         f"!{' '.join(body.name.split())} by modalprep, SI units",

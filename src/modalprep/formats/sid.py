@@ -140,7 +140,7 @@ def body_terms(body: FlexibleBody, dialect: Dialect) -> dict[str, Taylor]:
         "Oe": Taylor(M0=centrifugal(body.H).T, M1=centrifugal(field).transpose(by_row)),
         "ksigma": Taylor(M0=np.zeros((body.n, 1))),
         "Ke": Taylor(M0=np.diag(body.K), symmetric=True),
-        "De": Taylor(M0=np.diag(body.D), symmetric=True),
+        "De": Taylor(M0=body.damping_matrix, symmetric=True),
     }
 
 

@@ -216,7 +216,7 @@ class ComponentDamping(Record):
             By the names of the components.
         """
         D = {name: d if d.ndim == 1 else np.diag(d) for name, d in self.damping.items()}
-        return {name: body.with_(D=D.get(name, body.D)) for name, body in bodies.items()}
+        return {name: body.with_(D=D[name]) if name in D else body for name, body in bodies.items()}
 
     def __repr__(self) -> str:
         """Number of modes and the largest deviation."""
@@ -236,7 +236,9 @@ def system_damping(modes: SynthesisedModes, damping: Mapping[str, np.ndarray] | 
     """
     C = np.zeros((len(modes.frequency),) * 2)
     for name, x in modes.coordinates.items():
-        D = np.asarray(modes.bodies[name].D if damping is None else damping[name])
+        own = modes.bodies[name]
+        whole = own.D if own.coupled_damping is None else own.coupled_damping
+        D = np.asarray(whole if damping is None else damping[name])
         q = x[6:]
         C += q.T @ (D[:, None] * q if D.ndim == 1 else D @ q)
     return C

@@ -12,6 +12,7 @@ from modalprep.errors import InputError
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_modes
 from modalprep.records import Record
+from modalprep.reduction.dampers import damping_in_basis
 from modalprep.reduction.dropped import projected_recovery
 from modalprep.reduction.table import PROJECTED, AnyBody, ModalBody, ModeTable
 from modalprep.suggest import refuse_unknown
@@ -178,10 +179,11 @@ def reduced_body(body: AnyBody, projected: ProjectedBasis) -> AnyBody:
     if body.stations is not None:
         changed["stations"] = body.stations.in_basis(Y)
     w = 2 * np.pi * projected.frequency
-    damping = np.einsum("ij,i,ij->j", Y, body.D, Y)
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
     changed["recovery"] = projected_recovery(body, Y, w)
-    return body.with_(**changed, K=w**2, D=damping, frequency=projected.frequency, modes=_table(body, projected))
+    return body.with_(
+        **changed, K=w**2, **damping_in_basis(body, Y), frequency=projected.frequency, modes=_table(body, projected)
+    )
 
 
 def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:

@@ -191,6 +191,7 @@ class ModalBody(Protocol):
     stress: dict[str, Any]
     recovery: dict[str, Any]
     stations: Any
+    coupled_damping: np.ndarray | None
 
     @property
     def n(self) -> int:

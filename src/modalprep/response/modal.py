@@ -13,6 +13,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery import DRIVES
 from modalprep.errors import InputError
 from modalprep.records import Record, filled, given
+from modalprep.reduction.dampers import COUPLED
 from modalprep.reduction.damping import Ratio, Rayleigh, damping_ratio
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.response.dropped import BASE, acts_statically
@@ -20,7 +21,6 @@ from modalprep.suggest import suggestion
 from modalprep.vectors import UNIT, skew
 
 Damping = Ratio | Rayleigh | np.ndarray | None
-COUPLED = 1e-12  # relative entry off the diagonal of a damping matrix that couples modes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -190,7 +190,7 @@ def _damping(body: FlexibleBody, given: Damping, K: np.ndarray, Y: np.ndarray) -
     if given is not None and (isinstance(given, Mapping) or np.ndim(given) < 2):
         w = np.sqrt(K)
         return 2 * damping_ratio(given, w / (2 * np.pi)) * w
-    D = np.diag(body.D) if given is None else np.asarray(given, dtype=float)
+    D = body.damping_matrix if given is None else np.asarray(given, dtype=float)
     if D.shape != (body.n, body.n):
         raise InputError(f"a damping matrix of shape {D.shape} is given for {body.n} modes; give ({body.n}, {body.n})")
     D = Y.T @ D @ Y

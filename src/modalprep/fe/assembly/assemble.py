@@ -11,6 +11,7 @@ from skfem import asm
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.beam_arms import with_beam_arms, with_joined_offsets
+from modalprep.fe.assembly.damping import damping_matrix
 from modalprep.fe.assembly.forms import FORMS, FormsName
 from modalprep.fe.assembly.free_faces import with_free_faces
 from modalprep.fe.assembly.group_energy import Groups
@@ -230,6 +231,7 @@ def _sum(
         strain_energy=StrainEnergy(list(kinds), structure.blocks, dof),
         groups=Groups(list(groups), list(kinds), inertias, structure.masses, dof),
         elements=Elements(tuple(structure.parts), structure.rule),
+        damping=damping_matrix(structure),
         origin=origin,
         terms=matrices.term if matrices else {},
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},

@@ -79,6 +79,8 @@ class FEModel(Record, Viewed):
         Mass and kinetic energy of the mesh groups; None where the elements are not known.
     elements : Elements or None
         The elements with their properties; None where they are not known.
+    damping : (n_dof, n_dof) csr or None
+        Viscous damping of the dampers of the mesh (N s/m, N s, N m s), mesh axes; None without any.
     terms : dict of AddedTerm
         What `Term`, `Foundation` and `AddedMass` add to K and M, by name.
     loads : {name: (n_dof,)}
@@ -120,6 +122,7 @@ class FEModel(Record, Viewed):
     strain_energy: StrainEnergy | None = None
     groups: Groups | None = None
     elements: Elements | None = None
+    damping: csr_array | None = None
     terms: dict[str, AddedTerm] = field(default_factory=dict)
     loads: dict[str, np.ndarray] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)

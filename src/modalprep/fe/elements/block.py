@@ -44,6 +44,9 @@ class Block:
     def stiffness(self) -> np.ndarray | None:
         """Elastic stiffness; None where the family has none."""
 
+    def damping(self) -> np.ndarray | None:
+        """Viscous damping; None where the family has none."""
+
     def mass(self) -> MassObjects | None:
         """Mass objects; None where the family has none."""
 

@@ -11,7 +11,7 @@ from modalprep.fe.elements.beam import line_frames
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
-from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.properties.points import PointMass, Spring, Vector6
 from modalprep.vectors import inertia_tensor, skew
 
 ROUNDING = 1e-14
@@ -126,7 +126,7 @@ class SpringBlock(Corotational):
         centre = (1 - section.location) * at[:, :1] + section.location * at[:, -1:]
         arm = centre - at
         frame = _spring_frames(at, nodes, section, data)
-        rotates = bool(any(section.k[3:]) or np.any(arm))
+        rotates = bool(any(section.k[3:]) or any(section.c[3:]) or np.any(arm))
         sign = np.array([1.0]) if nodes.shape[1] == 1 else np.array([-1.0, 1.0])
         T = node_transformation(frame, arm).reshape(len(nodes), nodes.shape[1], 6, nodes.shape[1], 6)
         strain = np.stack([sign[i] * T[:, i, :, i] for i in range(len(sign))], axis=2)[..., : 6 if rotates else 3]
@@ -136,8 +136,14 @@ class SpringBlock(Corotational):
 
     def stiffness(self) -> np.ndarray:
         """``B^T k B``."""
-        weighted = self.strain * np.asarray(self.section.k)[:, None]
-        K = self.strain.transpose(0, 2, 1) @ weighted
+        return self._weighted(self.section.k)
+
+    def damping(self) -> np.ndarray | None:
+        """``B^T c B``; None without dampers."""
+        return self._weighted(self.section.c) if any(self.section.c) else None
+
+    def _weighted(self, of: Vector6) -> np.ndarray:
+        K = self.strain.transpose(0, 2, 1) @ (self.strain * np.asarray(of)[:, None])
         return (K + K.transpose(0, 2, 1)) / 2
 
     def piece(self, some: slice | np.ndarray) -> SpringBlock:

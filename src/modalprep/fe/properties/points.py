@@ -73,7 +73,7 @@ sum of the others"]
 
 @dataclass(frozen=True, kw_only=True)
 class Spring(Property):
-    """Six springs between two nodes (line cells), or from a node to the ground (vertex cells).
+    """Six springs and dampers between two nodes (line cells), or from a node to the ground (vertex cells).
 
     Between two nodes, e1 runs from the first to the second and ``e2 = up x e1``; coincident nodes and grounded
     springs use the mesh axes. The elastic centre lies at the fraction `location` of the line between the nodes,
@@ -89,11 +89,15 @@ class Spring(Property):
         A direction that is not parallel to the line between the nodes, mesh axes.
     location : float
         0 at the first node, 1 at the second.
+    translation_damping : tuple of 3 floats
+        Viscous damping along e1, e2, e3, N s/m.
+    rotation_damping : tuple of 3 floats
+        About them, N m s/rad.
 
     Raises
     ------
     InputError
-        When a stiffness is negative, or all are zero.
+        When a stiffness or a damping is negative, or all are zero.
 
     Examples
     --------
@@ -105,16 +109,27 @@ class Spring(Property):
     rotation: Vector = (0.0, 0.0, 0.0)
     up: Vector = (0.0, 0.0, 1.0)
     location: float = 0.5
+    translation_damping: Vector = (0.0, 0.0, 0.0)
+    rotation_damping: Vector = (0.0, 0.0, 0.0)
 
     @property
     def k(self) -> Vector6:
-        """All six, translations first."""
+        """All six stiffnesses, translations first."""
         return (*self.translation, *self.rotation)
 
+    @property
+    def c(self) -> Vector6:
+        """All six dampings, translations first."""
+        return (*self.translation_damping, *self.rotation_damping)
+
     def __post_init__(self) -> None:
-        """Refuse springs without stiffness."""
-        if len(self.k) != 6 or not all(0 <= k < float("inf") for k in self.k) or not any(self.k):
+        """Refuse springs without stiffness and damping."""
+        both = (*self.k, *self.c)
+        if len(both) != 12 or not all(0 <= value < float("inf") for value in both) or not any(both):
+            damped = (
+                f", damping {self.translation_damping} N s/m, {self.rotation_damping} N m s/rad" if any(self.c) else ""
+            )
             raise InputError(
-                f"spring with translation {self.translation} N/m, rotation {self.rotation} N m/rad: each needs three "
-                "stiffnesses, none negative, one of the six positive"
+                f"spring with translation {self.translation} N/m, rotation {self.rotation} N m/rad{damped}: each needs "
+                "three numbers, none negative, one of all positive"
             )

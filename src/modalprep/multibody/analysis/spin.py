@@ -67,7 +67,7 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     w = skew(np.asarray(spin, dtype=float))
     W = w @ w
     stiffness = np.diag(body.K) + np.einsum("ab,abij->ij", W, body.P + body.Kg_W) + np.einsum("a,aij->ij", A, body.Kg_A)
-    gyroscopic = 2 * np.einsum("ab,abij->ij", w, body.P) + np.diag(body.D)
+    gyroscopic = 2 * np.einsum("ab,abij->ij", w, body.P) + body.damping_matrix
     load = np.einsum("an,a->n", body.S, A) + np.einsum("ab,abn->n", W, body.H)
     q0 = -np.linalg.solve(stiffness, load)
     n = body.n

@@ -27,6 +27,7 @@ from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.reduction import SuppliedTable
 from modalprep.reduction.basis import held_mass
 from modalprep.reduction.cyclic.ring import ring_algebra
+from modalprep.reduction.dampers import damping_fields
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.recoveries.convergence import recovery_convergence
 
@@ -84,7 +85,8 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
             provenance=inputs(source),
         )
         damping = target_damping(pipeline.reduction.damping)
-        body = body.with_(D=modal_damping(body, damping), modes=body.modes.with_(held_mass=held_mass(model)))
+        whole = damping_fields(modal_damping(body, damping), body.damping_matrix)
+        body = body.with_(**whole, modes=body.modes.with_(held_mass=held_mass(model)))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)

@@ -17,12 +17,14 @@ from modalprep.pipeline.schema.base import Table, Vector, triple
 from modalprep.pipeline.schema.quantities import (
     Angle,
     Area,
+    Damping,
     Density,
     Inertia,
     Length,
     Mass,
     MassPerArea,
     MassPerLength,
+    RotationalDamping,
     RotationalStiffness,
     SecondMoment,
     Stiffness,
@@ -301,13 +303,15 @@ class MassTable(Table):
 
 
 class SpringTable(Table):
-    """Springs of a group of lines (between two nodes) or of points (to the ground)."""
+    """Springs and dampers of a group of lines (between two nodes) or of points (to the ground)."""
 
     type: Literal["spring"]
     translation: Three[Stiffness] = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
     rotation: Three[RotationalStiffness] = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
     up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
     location: float = Field(0.5, ge=0, le=1, description="of the elastic centre from the first node to the second")
+    translation_damping: Three[Damping] = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N s/m")
+    rotation_damping: Three[RotationalDamping] = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m s/rad")
 
     def build(self, materials: Materials) -> Spring:
         """Return the property in SI."""
@@ -316,6 +320,8 @@ class SpringTable(Table):
             rotation=triple(self.rotation),
             up=triple(self.up),
             location=self.location,
+            translation_damping=triple(self.translation_damping),
+            rotation_damping=triple(self.rotation_damping),
         )
 
 

@@ -175,14 +175,15 @@ def test_links(read, lines, area):
 
 def test_masses_and_springs(read):
     """Two masses on a spring: the frequency of their relative motion is sqrt(k (1/m1 + 1/m2))."""
-    mesh = read("ET,1,21", "ET,2,14", "KEYOPT,1,3,2", "R,1,2.0", "R,2,3.0", "R,3,1e6,5", *STEEL, "ET,3,180",
+    mesh = read("ET,1,21", "ET,2,14", "KEYOPT,1,3,2", "R,1,2.0", "R,2,3.0", "R,3,1e6,5,7", *STEEL, "ET,3,180",
                 "R,4,1e-6", *nblock([(0, 0, 0), (1, 0, 0), (2, 0, 0)]), *eblock((1,), real=1),
                 *eblock((2,), real=2, first=2), *eblock((1, 2), kind=2, real=3, first=3),
                 *eblock((2, 3), kind=3, real=4, section=0, first=4))  # fmt: skip
     spring = mesh.properties["type2_real3"]
     assert spring.translation == (1e6, 0.0, 0.0)
+    assert spring.translation_damping == (5.0, 0.0, 0.0)
     assert (mesh.properties["type1_real1"].mass, mesh.properties["type1_real2"].mass) == (2.0, 3.0)
-    assert any("damping" in note for note in mesh.notes)
+    assert any("damping by the square of the speed (CV2)" in note for note in mesh.notes)
 
 
 def test_rotary_inertia_and_a_spring_in_one_component(read):

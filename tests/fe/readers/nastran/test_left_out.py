@@ -70,11 +70,11 @@ def test_components_of_supports_are_digits(read):
 
 
 def test_what_is_left_out_has_its_first_line_and_a_remedy(read):
-    mesh = read(GOOD + "CDAMP2,1,1.,1,1\nFOO,3\nCVISC,4,1,1,2\nFOO,1\n")
+    mesh = read(GOOD + "CDAMP5,1,1.,1,1\nFOO,3\nMATT1,4,1\nFOO,1\n")
     assert mesh.notes == (
         "left out: 2 FOO (first in deck.bdf line 9); the reader does not know these cards; replace by cards that are "
         "read, such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or constraints",
-        "left out: 1 CDAMP2 (deck.bdf line 8), 1 CVISC (deck.bdf line 10); they carry no stiffness, mass or "
+        "left out: 1 CDAMP5 (deck.bdf line 8), 1 MATT1 (deck.bdf line 10); they carry no stiffness, mass or "
         "constraints",
     )
 

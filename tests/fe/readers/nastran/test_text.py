@@ -313,7 +313,7 @@ BAD = [
     (GOOD + "CELAS2,3,1.,1,1,2,2\n", "CELAS2 3: it joins no grid or unlike components"),
     (GOOD + "CELAS1,3,4,1,1\n", "CELAS1 3: property 4 is not in the deck; add its PELAS"),
     (GOOD + "CBUSH,3,4,1\nPBUSH,4,K,1.\n", "CBUSH 3: its grids coincide or GB is blank and CID is missing"),
-    (GOOD + "CBUSH,3,4,1,2\nPBUSH,4,B,1.\n", "PBUSH 4: spring with translation"),
+    (GOOD + "CBUSH,3,4,1,2\nPBUSH,4,K,0.\n", "PBUSH 4: spring with translation"),
     (GOOD + "CBUSH,3,4,1,2\n", "CBUSH 3: property 4 is not in the deck; add its PBUSH"),
     (GOOD + "CONM1,3,1,,1.,0.,2.,0.,0.,+\n+,1.\n", "CONM1 3: its matrix is not that of a rigid body"),
     (GOOD + "CONM2,3,1,,-5.\n", "CONM2 3: point mass of -5 kg"),

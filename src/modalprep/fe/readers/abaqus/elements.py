@@ -85,8 +85,10 @@ TYPES: dict[str, Type] = {
     "SPRING2": _type(
         "spring", "line", "SPRING2", "Between distant nodes it acts through rigid arms to the middle between them."
     ),
-    "DASHPOTA, DASHPOT1, DASHPOT2": _type(
-        "dashpot", "", "DASHPOT[A12]", "Damping is given in the pipeline file.", "no effect"
+    "DASHPOTA": _type("dashpot", "line", "DASHPOTA"),
+    "DASHPOT1": _type("dashpot", "vertex", "DASHPOT1"),
+    "DASHPOT2": _type(
+        "dashpot", "line", "DASHPOT2", "Between distant nodes it acts through rigid arms to the middle between them."
     ),
     "DCOUP3D": _type("coupling", "", "DCOUP3D", "Its node is that of its *DISTRIBUTING COUPLING.", "read"),
     "R3D3, R3D4, RB3D2": _type("rigid", "", "R3D[34]|RB3D2", "Its nodes are those of its *RIGID BODY.", "read"),
@@ -123,7 +125,6 @@ EXPANDED = (
     "them, has it 35 % high"
 )
 REDUCED = re.compile("C3D20R.*|C3D15.*")
-NODES = {"spring": 2, "dashpot": 2}
 COLLAPSED = {  # cells whose corners fall together: which are left, of which cell
     ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
     ("hexahedron", (0, 0, 2, 3, 4, 4, 6, 7)): ("wedge", (0, 2, 3, 4, 6, 7)),
@@ -224,8 +225,6 @@ def _count(known: Type, given: str) -> int:
         return int(given[-1])
     if known.family == "coupling":
         return 1
-    if known.family == "dashpot":
-        return 1 if given == "DASHPOT1" else 2
     return CELLS[known.cell].count
 
 

@@ -43,16 +43,30 @@ def _axes(deck: Deck, block: Block, key: tuple[str, int]) -> np.ndarray:
 def spring(deck: Deck, block: Block) -> None:
     """``*SPRING``: along the line of SPRINGA, in one component of SPRING1 and SPRING2."""
     _, keys = section_set(deck, block, "spring")
-    if not keys:
-        return
+    if keys:
+        k = _six(deck, block, keys, "stiffness")
+        give(deck, block, block.made(Spring, translation=k[:3], rotation=k[3:]))
+
+
+def dashpot(deck: Deck, block: Block) -> None:
+    """``*DASHPOT``: along the line of DASHPOTA, in one component of DASHPOT1 and DASHPOT2."""
+    _, keys = section_set(deck, block, "dashpot")
+    if keys:
+        c = _six(deck, block, keys, "damping")
+        if any(c):
+            give(deck, block, block.made(Spring, translation_damping=c[:3], rotation_damping=c[3:]))
+
+
+def _six(deck: Deck, block: Block, keys: list[tuple[str, int]], what: str) -> tuple[float, ...]:
+    """Return six values of springs or dashpots in SI units, translations first."""
     if "NONLINEAR" in block.options:
-        block.refuse("is NONLINEAR; give the stiffness of the state about which the body moves")
+        block.refuse(f"is NONLINEAR; give the {what} of the state about which the body moves")
     types = {deck.elements[key].type for key in keys}
     if len(types) > 1:
         block.refuse(f"of set {block.options['ELSET']} has {' and '.join(sorted(types))} elements; split the set")
-    k = block.row(1).real(0, "stiffness", 0.0)
-    if "SPRINGA" in types:
-        stiffness = [k or block.row(0).real(0, "stiffness", 0.0), 0.0, 0.0, 0.0, 0.0, 0.0]
+    k = block.row(1).real(0, what, 0.0)
+    if types <= {"SPRINGA", "DASHPOTA"}:
+        values = [k or block.row(0).real(0, what, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0]
     else:
         components = {
             block.row().integer(i, "a component") for i in range(len(block.row().fields)) if block.row().text(i)
@@ -60,11 +74,10 @@ def spring(deck: Deck, block: Block) -> None:
         if len(components) != 1 or not components <= set(range(1, 7)):
             block.refuse("joins unlike components; give one component from 1 to 6 for both nodes")
         c = components.pop() - 1
-        stiffness = [k if i == c else 0.0 for i in range(6)]
+        values = [k if i == c else 0.0 for i in range(6)]
         _place(deck, block, keys, c)
     unit = [deck.units.inertial] * 3 + [deck.units.inertial * deck.units.length**2] * 3
-    si = tuple(value * factor for value, factor in zip(stiffness, unit, strict=True))
-    give(deck, block, block.made(Spring, translation=si[:3], rotation=si[3:]))
+    return tuple(value * factor for value, factor in zip(values, unit, strict=True))
 
 
 def _place(deck: Deck, block: Block, keys, component: int) -> None:
@@ -77,11 +90,6 @@ def _place(deck: Deck, block: Block, keys, component: int) -> None:
         size = 1e-9 * np.ptp(deck.points, axis=0).max()
         if (abs(np.delete(along, component % 3)) > size).any() or (component > 2 and (abs(along) > size).any()):
             deck.note(
-                "SPRING2 between distant nodes acts through rigid arms to the middle, so that it is free of rotation "
-                f"(first in line {block.line})"
+                f"{deck.elements[key].type} between distant nodes acts through rigid arms to the middle, so that it is "
+                f"free of rotation (first in line {block.line})"
             )
-
-
-def dashpot(deck: Deck, block: Block) -> None:
-    """``*DASHPOT``: not read."""
-    deck.note(f"*DASHPOT (line {block.line}) has no effect: damping is given in the pipeline file")

@@ -32,7 +32,7 @@ PLANE = "plane"  # name of the set of supports that keeps plane stress in its pl
 BOUNDARY = "boundary"  # name of the set of supports, and of their group
 KEPT = {("SURFACE", "TYPE"), ("ORIENTATION", "LOCAL DIRECTIONS")}  # parameters that count where something uses them
 FRAMES = ("PART", "INSTANCE", "ASSEMBLY")
-POINTS = ("mass", "rotary inertia", "spring")
+POINTS = ("mass", "rotary inertia", "spring", "dashpot")
 QUIET = {name for name, entry in REGISTRY.items() if entry.treatment == "no effect"} | {"STEP", "BOUNDARY"}
 SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
 

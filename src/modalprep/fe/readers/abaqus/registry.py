@@ -93,7 +93,7 @@ SECTIONS = {
     "MASS": Entry("read", "", points.mass),
     "ROTARY INERTIA": Entry("read", "", points.rotary_inertia),
     "SPRING": Entry("read", "Linear; SPRING2 in one component for both nodes.", points.spring),
-    "DASHPOT": Entry("no effect", "Damping is given in the pipeline file.", points.dashpot),
+    "DASHPOT": Entry("read", "Linear ones.", points.dashpot),
 }
 MATRICES = {
     "MATRIX ASSEMBLE": Entry(

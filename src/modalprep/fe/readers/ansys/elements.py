@@ -183,24 +183,25 @@ def _mass(b: Builder, element: Element) -> None:
 
 def _spring(b: Builder, element: Element) -> None:
     """COMBIN14: along or about the line between its nodes, or in one component of both."""
-    k, *damping = b.sections.constants(element, 4)
+    k, c, *more = b.sections.constants(element, 4)
     options = b.deck.types[element.type].options
-    if any(damping):
-        b.deck.note("COMBIN14: its damping and initial state are left out")
+    if any(more):
+        b.deck.note("COMBIN14: its damping by the square of the speed (CV2) and its initial state are left out")
     along, turns = options.get(2, 0), options.get(3, 0)
     if not 0 <= along <= 6 or turns not in (0, 1):
         raise b.deck.error(element, f"KEYOPT(2) = {along} and KEYOPT(3) = {turns} of COMBIN14 are not read")
     place = along - 1 if along else 3 * turns
-    stiffness = [0.0] * 6
-    stiffness[place] = k * b.units.mass * (b.units.length**2 if place > 2 else 1.0)
+    unit = b.units.mass * (b.units.length**2 if place > 2 else 1.0)
+    stiffness, damping = ([value * unit if i == place else 0.0 for i in range(6)] for value in (k, c))
     ends = [label for label in element.nodes[:2] if label > 0]
     kind = ("vertex", "line")[len(ends) - 1]
     nodes = b.nodes(element, range(len(ends)))
     if along and any(label in b.deck.angles for label in ends):
         raise b.deck.error(element, "its nodes are turned (THXY to THZX); give the spring in global axes")
-    translation = tuple(stiffness[:3])
-    rotation = tuple(stiffness[3:])
-    name = b.group(element, "r", lambda e: b.sections.made(e, Spring, translation=translation, rotation=rotation))
+    given = {"translation": stiffness[:3], "rotation": stiffness[3:]}
+    given |= {"translation_damping": damping[:3], "rotation_damping": damping[3:]}
+    six = {name: tuple(values) for name, values in given.items()}
+    name = b.group(element, "r", lambda e: b.sections.made(e, Spring, **six))
     row = b.cell(element, kind, nodes, name)
     if along:
         b.put("frame", kind, row, np.eye(3))
@@ -270,7 +271,7 @@ CONTACT = "Contact is not linear; tie the parts by an interface, or leave the co
 ELEMENTS: dict[str, Entry] = {
     "BEAM4": Entry("read", "", _beam),
     "LINK8": Entry("read", "Its initial strain is left out.", _link),
-    "COMBIN14": Entry("approximated", "Its damping is left out.", _spring),
+    "COMBIN14": Entry("approximated", "Its damping by CV2 and its initial state are left out.", _spring),
     "MASS21": Entry("read", "", _mass),
     "SOLID45": Entry("approximated", OWN, add_solid),
     "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", add_shell),

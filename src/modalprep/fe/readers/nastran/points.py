@@ -1,4 +1,4 @@
-"""Nastran scalar springs and concentrated masses to cells."""
+"""Nastran scalar springs, dampers and concentrated masses to cells."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from modalprep.vectors import skew
 DIAGONAL_FIRST = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]  # xx, yy, zz, xy, xz, yz
 
 
-def _elas(b: Builder, card: Card) -> None:
-    """CELAS1 and CELAS2: one component of one or two grids, along the axes of their displacement system."""
+def _scalar_element(b: Builder, card: Card) -> None:
+    """CELAS1, 2 and CDAMP1, 2: one component of one or two grids, along the axes of their displacement system."""
     ends = [(k, card.integer(k + 1, "C", 0)) for k in (2, 4) if card.text(k) not in ("", "0")]
     nodes = [b.grids.node(card, k, f"G{k // 2}") for k, _ in ends]
     components = {c for _, c in ends}
@@ -31,19 +31,60 @@ def _elas(b: Builder, card: Card) -> None:
     along[along < 1e-9 * along.max()] = 0.0
     if np.delete(along, c % 3).any() or (c > 2 and along.any()):
         b.conversion.note(
-            "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
+            f"{card.name[:-1]} between distant grids acts through rigid arms to the middle, so that it is free of "
+            "rotation"
         )
     kind = ("vertex", "line")[len(nodes) - 1]
     name = f"{card.name.lower()}_{card.id}"
-    k = [0.0] * 6
-    k[c] = _scalar(b, card, "elas", "K")
-    if k[c]:
+    values = {family: [0.0] * 6 for family in ("elas", "damp")}
+    family = card.name[1:5].lower()
+    values[family][c] = _scalar(b, card, family, "K" if family == "elas" else "B")
+    if values[family][c]:
         b.put("frame", kind, b.cell(card, kind, nodes, name), frame)
-        b.properties[name] = spring(b.conversion, card, k)
+        b.properties[name] = spring(b.conversion, card, values["elas"], c=values["damp"])
+
+
+def _visc(b: Builder, card: Card) -> None:
+    """CVISC: a damper along and about the line between two grids."""
+    nodes = [b.grids.node(card, k, f"G{k - 1}") for k in (2, 3)]
+    source = _property(b, card, "visc")
+    c = [source.real(1, "CE", 0.0), 0.0, 0.0, source.real(2, "CR", 0.0), 0.0, 0.0]
+    if any(c):
+        name = f"pvisc_{source.id}"
+        _refuse_no_line(b, card, nodes)
+        b.cell(card, "line", nodes, name)
+        b.properties[name] = spring(b.conversion, source, [0.0] * 6, c=c)
+
+
+def _bush1d(b: Builder, card: Card) -> None:
+    """CBUSH1D: a spring and damper along the line between two grids, or along x of CID."""
+    nodes = [b.grids.node(card, k, end) for k, end in ((2, "GA"), (3, "GB")) if card.text(k) or k == 2]
+    source = _property(b, card, "bush1d")
+    if source.real(3, "M", 0.0):
+        raise source.error("its mass M is not read; give it by CONM2 at both ends")
+    if any(source.fields[8:]):
+        b.conversion.note(f"PBUSH1D {source.id}: its laws of force and damping are left out; K and C act")
+    k, c = ([source.real(place, name, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0] for place, name in ((1, "K"), (2, "C")))
+    if not (any(k) or any(c)):
+        return
+    kind = ("vertex", "line")[len(nodes) - 1]
+    name = f"pbush1d_{source.id}"
+    if card.text(4):
+        axes = b.grids.system(card, card.integer(4, "CID")).axes_at(b.grids.points[nodes[0]])
+        b.put("frame", kind, b.cell(card, kind, nodes, name), axes)
+    else:
+        _refuse_no_line(b, card, nodes)
+        b.cell(card, kind, nodes, name)
+    b.properties[name] = spring(b.conversion, source, k, c=c)
+
+
+def _refuse_no_line(b: Builder, card: Card, nodes: list[int]) -> None:
+    if not np.ptp(b.grids.points[nodes], axis=0).any():
+        raise card.error("it has no line, as its grids coincide or one is missing; use CBUSH with its CID")
 
 
 def _apart(b: Builder, card: Card) -> None:
-    """CELAS3, CELAS4, CMASS3 and CMASS4: they act on scalar points, which are apart unless an equation joins them."""
+    """CELAS, CDAMP and CMASS 3 and 4: they act on scalar points, which are apart unless an equation joins them."""
     points = [card.integer(k, "a scalar point", lowest=1) for k in (2, 3) if card.text(k) not in ("", "0")]
     for point in points:
         if not b.grids.is_scalar(point) and point in b.grids.row:
@@ -52,13 +93,18 @@ def _apart(b: Builder, card: Card) -> None:
 
 
 def _scalar(b: Builder, card: Card, family: str, name: str) -> float:
-    """Return the value of a scalar element: its own (CELAS2, CMASS2), or that of its property."""
+    """Return the value of a scalar element: its own (CELAS2, CDAMP2, CMASS2), or that of its property."""
     if card.name.endswith("2"):
         return card.real(1, name)
+    return _property(b, card, family).real(1, name)
+
+
+def _property(b: Builder, card: Card, family: str) -> Card:
+    """Return the property of an element."""
     number = card.integer(1, "PID", card.id, lowest=1)
     if number not in b.tables.get(family, {}):
         raise card.error(f"property {number} is not in the deck; add its P{family.upper()} card")
-    return b.tables[family][number].real(1, name)
+    return b.tables[family][number]
 
 
 def _mass(b: Builder, card: Card) -> None:
@@ -136,7 +182,8 @@ def add_scalar_masses(b: Builder) -> None:
 
 
 HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
-    **{"CELAS1": _elas, "CELAS2": _elas, "CONM2": _mass, "CONM1": _conm1},
+    **dict.fromkeys(("CELAS1", "CELAS2", "CDAMP1", "CDAMP2"), _scalar_element),
+    **{"CVISC": _visc, "CBUSH1D": _bush1d, "CONM2": _mass, "CONM1": _conm1},
     **{"CMASS1": _scalar_mass, "CMASS2": _scalar_mass},
-    **dict.fromkeys(("CELAS3", "CELAS4", "CMASS3", "CMASS4"), _apart),
+    **dict.fromkeys(("CELAS3", "CELAS4", "CDAMP3", "CDAMP4", "CMASS3", "CMASS4"), _apart),
 }

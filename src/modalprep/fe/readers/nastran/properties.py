@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.points import Spring
@@ -186,19 +188,19 @@ def _plies(conversion: Conversion, card: Card) -> list[Ply]:
     return plies
 
 
-DAMPED = "; a body is damped by one ratio for each mode, or a system has the damper"
+STRUCTURAL = "; a body is damped by one ratio for each mode, and by viscous dampers (B)"
 
 
 def bush(conversion: Conversion, card: Card, location: float) -> Spring:
-    """PBUSH: its K row."""
-    k = [0.0] * 6
+    """PBUSH: its K and B rows."""
+    six = {"K": [0.0] * 6, "B": [0.0] * 6}
     for row in range(card.rows):
         _, kind, *values = card.row(row)
-        if kind == "K":
-            k = [card.real(8 * row + 2 + i, f"K{i + 1}", 0.0) for i in range(6)]
+        if kind in six:
+            six[kind] = [card.real(8 * row + 2 + i, f"{kind}{i + 1}", 0.0) for i in range(6)]
         elif kind not in ("", "M") and any(values):
-            conversion.note(f"PBUSH: its {kind} row is left out{DAMPED if kind in ('B', 'GE') else ''}")
-    return spring(conversion, card, k, location)
+            conversion.note(f"PBUSH: its {kind} row is left out{STRUCTURAL if kind == 'GE' else ''}")
+    return spring(conversion, card, six["K"], location, six["B"])
 
 
 def bush_mass(card: Card) -> float:
@@ -207,12 +209,21 @@ def bush_mass(card: Card) -> float:
     return card.real(8 * rows[0] + 2, "M", 0.0) if rows else 0.0
 
 
-def spring(conversion: Conversion, card: Card, k: list[float], location: float = 0.5) -> Spring:
-    """Return a spring of six stiffnesses in deck units (force is mass length / s^2)."""
-    mass = conversion.units.mass
-    turning = conversion.units.mass * conversion.units.length**2
-    si = tuple(value * (mass if i < 3 else turning) for i, value in enumerate(k))
-    return made(card, Spring, translation=si[:3], rotation=si[3:], location=location)
+def spring(
+    conversion: Conversion, card: Card, k: Sequence[float], location: float = 0.5, c: Sequence[float] = (0.0,) * 6
+) -> Spring:
+    """Return a spring of six stiffnesses and dampings in deck units (force is mass length / s^2)."""
+    unit = np.repeat([1.0, conversion.units.length**2], 3) * conversion.units.mass
+    stiffness, damping = ((unit * values).tolist() for values in (k, c))
+    return made(
+        card,
+        Spring,
+        translation=tuple(stiffness[:3]),
+        rotation=tuple(stiffness[3:]),
+        location=location,
+        translation_damping=tuple(damping[:3]),
+        rotation_damping=tuple(damping[3:]),
+    )
 
 
 BUILDERS: dict[str, Callable[[Conversion, Card], Property]] = {

@@ -42,7 +42,7 @@ class Table(NamedTuple):
 
 def _entries(card: Card) -> list[Card]:
     """Split the cards that hold several entries."""
-    width = {"CORD1": 4, "PELAS": 4, "PMASS": 2}.get(card.name[:5])
+    width = {"CORD1": 4, "PELAS": 4, "PVISC": 4, "PMASS": 2, "PDAMP": 2}.get(card.name[:5])
     if width is None:
         return [card]
     parts = [card.fields[k : k + width] for k in range(0, min(len(card.fields), 8), width)]
@@ -63,6 +63,9 @@ FAMILIES = {
     "solid": "PSOLID",
     "bush": "PBUSH",
     "elas": "PELAS",
+    "damp": "PDAMP",
+    "visc": "PVISC",
+    "bush1d": "PBUSH1D",
     "gap": "PGAP",
     "mass": "PMASS",
 }
@@ -90,7 +93,8 @@ REMARKS = {
     "PSOLID": "IN = 2 is reduced integration of CHEXA with 20 grids; MSC's default, 3 x 3 x 3 points with reduced "
     "shear, is full integration here. CHEXA with 8 grids has incompatible modes.",
     "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
-    "PBUSH": "The rows K and M are read, half of the mass at each end; others are left out with a note.",
+    "PBUSH": "The rows K, B and M are read, half of the mass at each end; others are left out with a note.",
+    "PBUSH1D": "K and C; a mass is refused, laws of force and damping are left out with a note.",
     "CBUSH": "Also with an elastic centre by OCID, S1, S2, S3.",
     "RSPLINE": "Of a thin tube without Poisson's ratio, which matters where its grids lie on no straight line.",
     "CGAP": "As a spring, open or closed, as gaps of the mesh says; refused without. Preload is left out.",
@@ -100,6 +104,8 @@ REMARKS = {
     "noted; others do nothing.",
     "CELAS1": "Between distant grids it acts through rigid arms to the middle.",
     "CELAS2": "Between distant grids it acts through rigid arms to the middle.",
+    "CDAMP1": "Between distant grids it acts through rigid arms to the middle.",
+    "CDAMP2": "Between distant grids it acts through rigid arms to the middle.",
     "CBEND": "Sixteen straight beams between new grids follow the arc.",
     "PBEND": "The ovalling of pipes and the offsets RC, ZC and DELTAN are left out with a note.",
     "CSHEAR": "A sheet that keeps 1e-6 of its normal stiffness; F1 and F2 become rods along its edges.",
@@ -108,7 +114,7 @@ REMARKS = {
     "NSML": "The mass of a property is spread over the length or area of its elements with straight edges.",
     "NSML1": "The mass is spread over the length or area of all elements that it names, with straight edges.",
     **dict.fromkeys(
-        ("CELAS3", "CELAS4", "CMASS3", "CMASS4"),
+        ("CELAS3", "CELAS4", "CDAMP3", "CDAMP4", "CMASS3", "CMASS4"),
         "On scalar points that nothing joins to grids it is left out with a note; on others it is refused.",
     ),
     **dict.fromkeys(
@@ -134,6 +140,8 @@ APPROXIMATED = {
     "PBEND",
     "CELAS1",
     "CELAS2",
+    "CDAMP1",
+    "CDAMP2",
     "CSHEAR",
     "RSPLINE",
     "CGAP",
@@ -146,9 +154,7 @@ TEMP TEMPD TEMPP1 TEMPRB TEMPADD DPHASE DELAY DRESP1 DRESP2 DRESP3 DESVAR DCONST
 DOPTPRM DLINK DSCREEN MDLPRM NLPARM NLPCI CSUPEXT OMIT OMIT1 ECHOOFF ECHOON DTI USET USET1 RANDPS RANDT1 CREEP BCONP
 BLSEG BFRIC BSURF BSURFS BCTSET SEBSET RELEASE
 """
-DAMPING = (
-    "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC PDAMP PDAMP5 PVISC CBUSH1D PBUSH1D PBUSHT PELAST PDAMPT MATT1 MATS1 MATT8"
-)
+DAMPING = "CDAMP5 PDAMP5 PBUSHT PELAST PDAMPT MATT1 MATS1 MATT8"
 MATRICES = "DMIAX TF"
 AERODYNAMICS = (
     "DMI DMIJ DMIJI DMIK AERO AEROS AEFACT AELINK AELIST AEPARM AEPRESS AESTAT AESURF AESURFS AECOMP AECOMPL "
