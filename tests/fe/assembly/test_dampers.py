@@ -135,6 +135,11 @@ def test_damping_of_the_modes_and_of_dampers_add_up(tmp_path):
     assert without.coupled_damping is None
 
 
+def free_poles(body):
+    K, C = (block_diag(np.zeros((6, 6)), A) for A in (np.diag(body.K), body.damping_matrix))
+    return poles(K, C, mp.body.mass_matrix(body, np.zeros(body.n)))
+
+
 def test_a_body_in_another_frame_keeps_its_poles():
     """Free at all interfaces, the poles do not depend on the interface that the frame sits on."""
     mesh, sections = frame()
@@ -142,12 +147,6 @@ def test_a_body_in_another_frame_keeps_its_poles():
     model = mp.assemble(mesh, sections, ends)
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=6), name="frame")
     moved = reroot(body, "i3")
-    free = [
-        poles(
-            *(block_diag(np.zeros((6, 6)), A) for A in (np.diag(own.K), own.damping_matrix)),
-            mp.body.mass_matrix(own, np.zeros(own.n)),
-        )
-        for own in (body, moved)
-    ]
+    free = [free_poles(own) for own in (body, moved)]
     some = [own[np.abs(own.imag) > 10] for own in free]
     np.testing.assert_allclose(some[0], some[1], rtol=0, atol=1e-6 * np.abs(some[0]).max())
