@@ -23,6 +23,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
     axpy3,
+    copy,
     cross,
     dot3,
     get3,
@@ -162,6 +163,16 @@ def forces_back(ends, eq, t, work, pulled):
     """Add what the force elements do between the sweeps of `pulled_back`; `ends` may be None."""
     if ends is not None:
         _go_back(ends, eq, t, work, pulled)
+
+
+@compile_inline
+def keep_products(ends, kept, away):
+    """Put the products of neighbouring systems away, or back again."""
+    if ends is not None:
+        if away:
+            copy(ends.products, kept)
+        else:
+            copy(kept, ends.products)
 
 
 @compile_kernel

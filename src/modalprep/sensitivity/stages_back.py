@@ -125,7 +125,7 @@ def _evaluate_stages(stages, steps, k, back):
         state, rates = steps.states[row], back.rates[i]
         combine(begin, back.rates, A[i], i, h, state)
         steps.time[row] = steps.t[k] + C[i] * h
-        status = _evaluate(stage_of(stages, i), back.kept, i, steps.time[row], state, rates)
+        status = evaluate_stage(stage_of(stages, i), back.kept, i, steps.time[row], state, rates)
         if status != GOOD:
             return status
         copy(rates[nx : nx + nu], steps.accelerations[row])
@@ -134,7 +134,7 @@ def _evaluate_stages(stages, steps, k, back):
 
 
 @compile_kernel
-def _evaluate(eq, kept, i, t, y, ydot):
+def evaluate_stage(eq, kept, i, t, y, ydot):
     """Evaluate stage i as `evaluate`, and keep what is overwritten later."""
     load(eq, t, y)
     keep_inertias(eq, kept, i)
@@ -249,6 +249,12 @@ def _stage_back(eq, i, steps, row, back, bar):
 def products(eq, i, t, push, back):
     """Write what push (nu,) makes of the derivatives by coordinates and speeds at stage i, after its solution."""
     restore(eq, back.kept, i)
+    stage_products(eq, t, push, back)
+
+
+@compile_kernel
+def stage_products(eq, t, push, back):
+    """Write such products of an evaluation that has not been solved with, its accelerations given."""
     outward_tangents(eq.model, eq.data, back.work)
     pull_outward(eq.model, eq.data, back.work, back.pulled, push)
     forces_back(back.ends, eq, t, back.work, back.pulled)

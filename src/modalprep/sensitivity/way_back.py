@@ -15,13 +15,17 @@ from modalprep.multibody.integration import driver, rosenbrock
 from modalprep.multibody.integration.dop853_table import STAGES
 from modalprep.multibody.kernels.tangents.pulled_back import new_pulled
 from modalprep.multibody.model.system import System
+from modalprep.sensitivity.alpha_back import NOT_SOLVED, AlphaSteps, alpha_back, new_alpha_work
 from modalprep.sensitivity.force_back import KNOWN, ends_of, only_elements_differ
+from modalprep.sensitivity.generalised_alpha import AlphaMethod
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Model
 from modalprep.sensitivity.rosenbrock_back import Implicit, rosenbrock_back
 from modalprep.sensitivity.stages_back import Back, Kept, Stages, Steps, force_product, hinge_product, steps_back
 from modalprep.sensitivity.trace import Step
 
+NOT_POSITIVE = "the mass matrix is not positive at a stage of a step"
+NOT_SOLVABLE = "the equations of a step of generalised-alpha are not solved on the way back; give a shorter step"
 MOST = 2**20  # numbers that are kept of the stages of some steps
 
 
@@ -82,8 +86,10 @@ class WayBack:
             by_linear=np.empty((2, nu)),
             total=np.empty(nu),
         )
+        method = np.array(AlphaMethod.of(model.rho_inf))
+        self.alpha = new_alpha_work(nx, model.evaluator.scale, method, len(self.sprung))
         rough = any(e.friction or e.limited for joint in model.system.joints for e in joint.elements)
-        self.methods = {driver.EXPLICIT: STAGES} | ({} if rough else {driver.ROSENBROCK: rosenbrock.STAGES})
+        self.methods = {driver.EXPLICIT: STAGES, driver.ALPHA: 1} | ({} if rough else {driver.ROSENBROCK: rosenbrock.STAGES})
 
     def _is_sprung(self, other: Evaluator) -> bool:
         """Whether a system beside this one has other springs or bushings, and is the same otherwise."""
@@ -122,34 +128,52 @@ class WayBack:
         kept = self._kept(steps, after)
         if self.ends is not None:
             self.ends.products[:] = 0.0
-        found = np.zeros_like(bar)
-        found[: self.ny] = bar[: self.ny]
-        if self._go_back(method, kept, found[: self.ny]) != GOOD:
-            raise SimulationError("derivatives of the run: the mass matrix is not positive at a stage of a step")
+        found = bar.copy() if method == driver.ALPHA else np.concatenate([bar[: self.ny], np.zeros(2 * self.model.nu)])
+        status = self._go_back(steps, kept, found)
+        if status != GOOD:
+            raise SimulationError(f"derivatives of the run: {NOT_SOLVABLE if status == NOT_SOLVED else NOT_POSITIVE}")
         self._add_parameters(kept, bar_p)
         if method == driver.ROSENBROCK:
             _, by_parameter = self.model.linear(steps[0].y, steps[0].begin)
             bar_p -= np.einsum("ck,ckp->p", self.implicit.by_linear, by_parameter)
         return found
 
-    def _go_back(self, method: int, kept: Steps, bar: np.ndarray) -> int:
-        count = len(kept.t)
-        if method == driver.EXPLICIT:
-            return steps_back(self.stages, kept, count, self.back, bar)
-        return rosenbrock_back(self.stages, kept, count, self.back, self.implicit, bar)
+    def _go_back(self, steps: Sequence[Any], kept: Steps, bar: np.ndarray) -> int:
+        given = self.stages, kept
+        if steps[0].method == driver.EXPLICIT:
+            return steps_back(*given, len(steps), self.back, bar[: self.ny])
+        if steps[0].method == driver.ROSENBROCK:
+            return rosenbrock_back(*given, len(steps), self.back, self.implicit, bar[: self.ny])
+        return alpha_back(*given, _alpha_steps(steps), len(steps), self.back, self.alpha, bar)
 
     def _kept(self, steps: Sequence[Any], after: np.ndarray) -> Steps:
-        rows, nu = self.methods[steps[0].method] * len(steps), self.model.nu
+        y = np.array([step.y for step in steps])
+        found = self._rows(steps, after, y)
+        if steps[0].method == driver.ALPHA:
+            begins = [k for k, step in enumerate(steps) if step.ratio == 0.0]
+            at = [step.t + step.h for step in steps] + [steps[k].t for k in begins]
+            found.time[:] = at
+            found.states[:, : self.ny] = [*(step.end for step in steps), *y[begins]]
+            found.accelerations[: len(steps)] = [step.udot for step in steps]
+        return found
+
+    def _rows(self, steps: Sequence[Any], after: np.ndarray, y: np.ndarray) -> Steps:
+        rows, nu = self._row_count(steps), self.model.nu
         return Steps(
             t=np.array([step.t for step in steps]),
             h=np.array([step.h for step in steps]),
-            y=np.hstack([np.array([step.y for step in steps]), np.zeros((len(steps), 1))]),
+            y=np.hstack([y, np.zeros((len(steps), 1))]),
             after=after,
             time=np.empty(rows),
-            states=np.empty((rows, self.ny + 1)),
+            states=np.zeros((rows, self.ny + 1)),
             accelerations=np.empty((rows, nu)),
             push=np.empty((rows, nu)),
         )
+
+    def _row_count(self, steps: Sequence[Any]) -> int:
+        """Return how many evaluations some steps have."""
+        begins = sum(step.ratio == 0.0 for step in steps) if steps[0].method == driver.ALPHA else 0
+        return self.methods[steps[0].method] * len(steps) + begins
 
     def _add_parameters(self, kept: Steps, bar_p: np.ndarray) -> None:
         """Add the gradients by the parameters: of the forces that the accelerations need beyond the loads."""
@@ -177,3 +201,11 @@ class WayBack:
         if id(evaluator) not in self.known:
             self.known[id(evaluator)] = build_equations(evaluator.packed, evaluator.loading, evaluator.data)
         return self.known[id(evaluator)]
+
+
+def _alpha_steps(steps: Sequence[Any]) -> AlphaSteps:
+    first = np.full(len(steps), -1)
+    begins = [k for k, step in enumerate(steps) if step.ratio == 0.0]
+    first[begins] = len(steps) + np.arange(len(begins))
+    ratio = np.array([step.ratio for step in steps])
+    return AlphaSteps(ratio, np.array([step.algorithmic for step in steps]), first)
