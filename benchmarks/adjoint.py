@@ -13,6 +13,7 @@ one line of JSON:
 - `gradient_over_run`: the whole call of `gradient`, its own run and all preparations too, over the run;
 - `gradient_over_differences`: the same over differences of sixteen runs;
 - `rosenbrock_gradient_over_run`: the call of `gradient` over the run by the Rosenbrock method, of the same chain;
+- `alpha_gradient_over_run`: the same by generalised-alpha, for a fifth of the time;
 - `sprung_gradient_over_run`: the same of the chain with force elements, by the explicit method, by their numbers;
 - `worst`: the largest relative error of any derivative of the systems, by the name of each.
 """
@@ -58,17 +59,19 @@ def of_hinges(count: int) -> list[str]:
     return [f"j{k}.{what}" for k in range(count) for what in ("angle", "rate", "stiffness", "damping")][:COUNT]
 
 
-def cost(system: mp.System, names: list[str], rounds: int, method: str = "explicit") -> dict[str, float]:
+def cost(
+    system: mp.System, names: list[str], rounds: int, method: str = "explicit", until: float = DURATION
+) -> dict[str, float]:
     """Return the costs of a chain, and print them."""
     count, modes = len(system.bodies), next(iter(system.bodies.values())).n
-    given = {"step": STEP, "rtol": 1e-6, "method": method, "output_step": DURATION}
+    given = {"step": STEP, "rtol": 1e-6, "method": method, "output_step": until}
     goal = last(f"j{count - 1}.angle")
     back = []
 
     def gradient() -> None:
-        back.append(float(mp.gradient(system, goal, names, DURATION, **given).stats["reverse_seconds"]))
+        back.append(float(mp.gradient(system, goal, names, until, **given).stats["reverse_seconds"]))
 
-    calls = {"run": lambda: mp.simulate(system, DURATION, **given), "gradient": gradient}
+    calls = {"run": lambda: mp.simulate(system, until, **given), "gradient": gradient}
     spent: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(rounds + 1):  # the first one compiles
         for name, call in calls.items():
@@ -105,6 +108,8 @@ def main() -> None:
     costs = [cost(chain(*size), of_hinges(size[0]), rounds) for size in sizes]
     stiff = cost(chain(*sizes[-1]), of_hinges(sizes[-1][0]), rounds, "rosenbrock")
     costs[-1]["rosenbrock_gradient_over_run"] = stiff["gradient_over_run"]
+    alpha = cost(chain(*sizes[-1]), of_hinges(sizes[-1][0]), rounds, "generalised_alpha", DURATION / 5)
+    costs[-1]["alpha_gradient_over_run"] = alpha["gradient_over_run"]
     springs = [cost(sprung_chain(*size), OF_SPRINGS, rounds) for size in sizes if size[0] > 1]
     costs[-1]["sprung_gradient_over_run"] = springs[-1]["gradient_over_run"]
     names = ["four bar", "bouncing rod"] if quick else list(CASES)

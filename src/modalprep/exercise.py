@@ -57,9 +57,8 @@ def solver(kind: str) -> None:
         _events,
         _analyses,
         _slopes,
-        partial(_gradient, "explicit"),
-        _gradient_of_springs,
-        partial(_gradient, "rosenbrock"),
+        *(partial(_gradient, method) for method in ("explicit", "rosenbrock", "generalised_alpha")),
+        _gradients_of_springs,
     ):
         with suppress(ModalprepError):  # not all of them can be had of every system
             call(system)
@@ -175,11 +174,12 @@ def _gradient(method: str, system: System) -> None:
     gradient(system, last("hinge.angle"), ["hinge.angle", "gravity.y"], 1e-3, method=method)
 
 
-def _gradient_of_springs(system: System) -> None:
+def _gradients_of_springs(system: System) -> None:
     from modalprep.multibody.model.loads import AxialSpring
 
     spring = AxialSpring(name="spring", between=("ground", "rod.tip"), stiffness=1.0)
-    _gradient("explicit", system.with_(loads=(spring,)))
+    for method in ("explicit", "generalised_alpha"):
+        _gradient(method, system.with_(loads=(spring,)))
 
 
 def jobs() -> dict[str, Callable[[], None]]:

@@ -17,10 +17,12 @@ from modalprep.multibody.evaluation.evaluate import GOOD, hinge_slopes, load
 from modalprep.multibody.kernels.algebra.tuples import add3, copy, cross, get3, put3, scaled3
 from modalprep.multibody.kernels.articulated_body import inward
 from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.kernels.tangents.data import Sweep
+from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_rates
 from modalprep.multibody.model.joint_types import FREE, WITH_QUATERNION
 from modalprep.sensitivity.force_back import keep_products
-from modalprep.sensitivity.stages_back import accelerate, evaluate_stage, products, stage_products
+from modalprep.sensitivity.stages_back import accelerate, evaluate_stage, products, pulled_products
 
 NOT_SOLVED = -2  # beside the status of an evaluation
 LEFT = 1e-13  # of the right side: below, the solution is one
@@ -56,10 +58,12 @@ class AlphaWork(NamedTuple):
     found: np.ndarray  # (nu,)
     none: np.ndarray  # (nx + nu,) zeros
     products: np.ndarray  # sums of force elements, kept while a solution is sought
+    wrench: np.ndarray  # (nl, 6) of the links, which products change
+    by_q: np.ndarray  # (nf, 6 + N, N) of flexible bodies
 
 
-def new_alpha_work(nx: int, scale: np.ndarray, method: np.ndarray, neighbours: int) -> AlphaWork:
-    """Return the work of a system with coordinates of such sizes."""
+def new_alpha_work(nx: int, scale: np.ndarray, method: np.ndarray, neighbours: int, work: Sweep) -> AlphaWork:
+    """Return the work of a system with coordinates of such sizes, and such work of the derivatives."""
     nu = len(scale)
     m = min(nu, MOST)
     return AlphaWork(
@@ -78,6 +82,8 @@ def new_alpha_work(nx: int, scale: np.ndarray, method: np.ndarray, neighbours: i
         found=np.empty(nu),
         none=np.zeros(nx + nu),
         products=np.zeros(neighbours),
+        wrench=np.empty((len(work.frames), 6)),
+        by_q=np.empty((1, 1, 1) if work.modes is None else work.modes.bodies.by_q.shape),
     )
 
 
@@ -91,7 +97,7 @@ def alpha_back(stages, steps, alpha, count, back, work, bar):
     for k in range(count - 1, -1, -1):
         for c in range(steps.after.shape[1]):
             bar[c] += steps.after[k, c]
-        status = _factorise(stages, steps, k, work)
+        status = _factorise(stages, steps, k, back, work)
         if status >= 0:
             return status
         status = _step_back(stages, steps, alpha, k, back, work, bar)
@@ -108,12 +114,16 @@ def _widths(work, h):
 
 
 @compile_kernel
-def _factorise(stages, steps, k, work):
+def _factorise(stages, steps, k, back, work):
     """Evaluate the end of step k, and factorise the matrix of the method there in the data of the other stage."""
     eq, other = stages.s0, stages.s1
     t, y = steps.time[k], steps.states[k]
     load(eq, t, y)
     required_forces(eq.model, eq.data, steps.accelerations[k], work.x)
+    outward_tangents(eq.model, eq.data, back.work)
+    for i in range(len(work.wrench)):
+        copy(back.work.frames[i].wrench, work.wrench[i])
+    _copy_modes(back.work.modes, work.by_q, True)
     load(other, t, y)
     hinge_slopes(other)
     c1, c2 = _widths(work, steps.h[k])
@@ -123,13 +133,39 @@ def _factorise(stages, steps, k, work):
     return inward(other.model, other.data, other.tau, other.hinge, c1, c2)
 
 
+@compile_inline
+def _copy_modes(modes, kept, away):
+    """Put the derivatives of the modal forces away, or back again; `modes` may be None."""
+    if modes is not None:
+        own = modes.bodies.by_q
+        for s in range(len(own)):
+            for c in range(own.shape[1]):
+                if away:
+                    copy(own[s, c], kept[s, c])
+                else:
+                    copy(kept[s, c], own[s, c])
+
+
+@compile_kernel
+def _products(eq, t, push, back, work):
+    """Write the products of `push` with the derivatives by coordinates and speeds at the end of the step."""
+    for i in range(len(work.wrench)):
+        copy(work.wrench[i], back.work.frames[i].wrench)
+    _copy_modes(back.work.modes, work.by_q, False)
+    pulled_products(eq, t, push, back)
+
+
 @compile_kernel
 def _step_back(stages, steps, alpha, k, back, work, bar):
     """Go back over step k."""
     eq, push, h = stages.s0, steps.push[k], steps.h[k]
     nx, nu = eq.model.nx, len(push)
     ny = nx + nu
-    am, af, beta, gamma, c = work.method[0], work.method[1], work.method[2], work.method[3], work.method[4]
+    am = work.method[0]
+    af = work.method[1]
+    beta = work.method[2]
+    gamma = work.method[3]
+    c = work.method[4]
     x, u, turned, begin = work.x, work.u, work.turned[0], steps.y[k]
     pull_rates(eq.model, steps.states[k], bar[:nx], work.none[:nu], work.none[:nu], back.own)
     for i in range(nu):
@@ -142,7 +178,7 @@ def _step_back(stages, steps, alpha, k, back, work, bar):
         work.right[i] = bar[ny + i] + c * (bar[ny + nu + i] + h * h * beta * turned[i] + h * gamma * u[i])
     if not _solve(stages, steps, k, back, work, push):
         return NOT_SOLVED
-    stage_products(eq, steps.time[k], push, back)
+    _products(eq, steps.time[k], push, back, work)
     for i in range(nu):
         back.joints[0] += push[i] * eq.tau[i]
         x[i] -= back.by_x[i]
@@ -221,7 +257,7 @@ def _apply(stages, steps, k, back, work, v, out):
     for i in range(len(v)):
         force[i] = v[i] / work.scale[i]
     accelerate(other, force, z)
-    stage_products(eq, steps.time[k], z, back)
+    _products(eq, steps.time[k], z, back, work)
     carry_back(eq.model, work.moved, back.by_x, 1, work.turned[1])
     for i in range(len(v)):
         more = c1 * (back.by_u[i] - other.linear[1, i] * z[i]) + c2 * (work.turned[1, i] - other.linear[0, i] * z[i])

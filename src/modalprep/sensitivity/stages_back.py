@@ -249,13 +249,13 @@ def _stage_back(eq, i, steps, row, back, bar):
 def products(eq, i, t, push, back):
     """Write what push (nu,) makes of the derivatives by coordinates and speeds at stage i, after its solution."""
     restore(eq, back.kept, i)
-    stage_products(eq, t, push, back)
+    outward_tangents(eq.model, eq.data, back.work)
+    pulled_products(eq, t, push, back)
 
 
 @compile_kernel
-def stage_products(eq, t, push, back):
-    """Write such products of an evaluation that has not been solved with, its accelerations given."""
-    outward_tangents(eq.model, eq.data, back.work)
+def pulled_products(eq, t, push, back):
+    """Write such products after `outward_tangents` of an evaluation that has not been solved with."""
     pull_outward(eq.model, eq.data, back.work, back.pulled, push)
     forces_back(back.ends, eq, t, back.work, back.pulled)
     pull_inward(eq.model, eq.data, back.work, back.pulled, back.by_x, back.by_u)

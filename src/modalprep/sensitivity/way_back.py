@@ -87,9 +87,11 @@ class WayBack:
             total=np.empty(nu),
         )
         method = np.array(AlphaMethod.of(model.rho_inf))
-        self.alpha = new_alpha_work(nx, model.evaluator.scale, method, len(self.sprung))
+        self.alpha = new_alpha_work(nx, model.evaluator.scale, method, len(self.sprung), self.back.work)
         rough = any(e.friction or e.limited for joint in model.system.joints for e in joint.elements)
-        self.methods = {driver.EXPLICIT: STAGES, driver.ALPHA: 1} | ({} if rough else {driver.ROSENBROCK: rosenbrock.STAGES})
+        self.methods = {driver.EXPLICIT: STAGES, driver.ALPHA: 1} | (
+            {} if rough else {driver.ROSENBROCK: rosenbrock.STAGES}
+        )
 
     def _is_sprung(self, other: Evaluator) -> bool:
         """Whether a system beside this one has other springs or bushings, and is the same otherwise."""
