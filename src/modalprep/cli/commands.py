@@ -11,10 +11,23 @@ from typing import Annotated
 
 import typer
 
-from modalprep.cli import batch, bodies, compare, explain, film, jobs, meshes, simulate, view
+from modalprep.cli import batch, bodies, compare, doctor, explain, film, jobs, meshes, simulate, view
 from modalprep.cli.common import app
 
-__all__ = ["app", "batch", "bodies", "compare", "explain", "film", "jobs", "meshes", "perform", "simulate", "view"]
+__all__ = [
+    "app",
+    "batch",
+    "bodies",
+    "compare",
+    "doctor",
+    "explain",
+    "film",
+    "jobs",
+    "meshes",
+    "perform",
+    "simulate",
+    "view",
+]
 
 
 def _version(wanted: bool) -> None:
