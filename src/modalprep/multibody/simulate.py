@@ -23,7 +23,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.ringing import ringing
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
-from modalprep.multibody.starts import Given, started, tolerance
+from modalprep.multibody.starts import Given, for_alpha, started, tolerance
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
@@ -84,8 +84,8 @@ def simulate(
         joints that move, prescribed ones, those with a rate in their start and free ones, keep their rates, and modes
         and all other joints are in equilibrium with that motion. "periodic": the motion repeats itself after `period`,
         as that of a mechanism whose crank turns at a constant rate, without vibrations of its own: its steps have the
-        tolerance ``0.003 rtol``. A state, or the end of another run, whose time goes on: the run begins there. A
-        dictionary has modal coordinates, ``{"arm.modal": [...]}``.
+        tolerance ``0.003 rtol``, of generalised-alpha ``3e-5 rtol``. A state, or the end of another run, whose time
+        goes on: the run begins there. A dictionary has modal coordinates, ``{"arm.modal": [...]}``.
     period : float or None
         Of a "periodic" start, s, after which loads and prescribed motions repeat; default: a turn of the slowest joint
         that turns at a constant rate.
@@ -147,6 +147,7 @@ def simulate(
     check_steps(t_end, max_step, shortest_event)
     _check_method(method, rho_inf, reference)
     state = started(system, start, period)
+    own = tolerance(start, state, rtol)
     begin = 0.0 if state is None else state.t
     if not begin < t_end:
         raise InputError(f"simulation t_end = {t_end:g} s is not after its start, which is at {begin:g} s")
@@ -158,7 +159,8 @@ def simulate(
             start=state,
             reference=reference,
             method="explicit" if reference else method,
-            rtol=tolerance(start, state, rtol),
+            rtol=own,
+            finer=for_alpha(own) if own != rtol else 1.0,
             atol=atol,
             step=step,
             rho=rho_inf,

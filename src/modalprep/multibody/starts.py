@@ -22,6 +22,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.suggest import refuse_unknown
 
 FORCED = 3e-3  # times the relative tolerance: vibrations of a forced motion are below 1e-6 of its deflections
+FORCED_ALPHA = 1e-2  # times that: each change of the step of generalised-alpha, of order 2, lets a little ring
 FINEST = 1e-13
 APART = 1e-9  # s, or of the time: two output times that are nearer are one
 Start = Literal["rest", "quasi_static", "equilibrium", "steady", "periodic"]
@@ -93,8 +94,20 @@ def tolerance(start: Given, state: SystemState | None, rtol: float) -> float:
     (3e-08, 1e-05)
     """
     finer = max(FORCED * rtol, FINEST)
-    goes_on = state is not None and float(state.steps.get("rtol", 0.0)) == finer
+    before = 0.0 if state is None else float(state.steps.get("rtol", 0.0))
+    goes_on = before in (finer, finer * for_alpha(finer))
     return finer if goes_on or (isinstance(start, str) and start == "periodic") else rtol
+
+
+def for_alpha(finer: float) -> float:
+    """Return by how much a tolerance of `tolerance` that is finer becomes finer still for generalised-alpha.
+
+    Examples
+    --------
+    >>> for_alpha(3e-8), for_alpha(1e-13)
+    (0.01, 1.0)
+    """
+    return max(FORCED_ALPHA, FINEST / finer)
 
 
 def state_at(system: System, run: Result, t: float | None = None) -> SystemState:

@@ -1,5 +1,7 @@
 """Where runs start: in equilibrium, in a steady motion, at a state that is given or where another run ended."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,6 +12,7 @@ from modalprep.examples import beam_mesh
 from modalprep.formats import read_state, write_state
 from modalprep.formats.resultfile import read_result, write_result
 from modalprep.multibody import Closure, Equilibrium, SystemState, TimeFunction, state_at
+from modalprep.multibody.starts import started
 
 LENGTH, WIDTH, HEIGHT = 1.0, 0.02, 0.01
 E, DENSITY = 2.1e11, 7850.0
@@ -84,12 +87,6 @@ def test_a_steady_spin_does_not_ring(arm, hinge, method):
     assert vibration(run) < STILL
 
 
-@pytest.mark.parametrize(("method", "step"), [("explicit", 2e-5), ("generalised_alpha", 1e-3)])
-def test_a_steady_spin_does_not_ring_by_fixed_steps(arm, method, step):
-    run = mp.simulate(spinning(arm, rate=SPIN), t_end=0.05, start="steady", method=method, step=step)
-    assert vibration(run) < STILL
-
-
 def test_a_free_satellite_spins_steadily(arm):
     hub = rigid("hub", {"root": (0, 0, 0), "side": (0.5, 0, 0)}, mass=20.0)
     joints = (
@@ -120,7 +117,7 @@ def test_a_pendulum_that_is_released_does_not_ring(arm):
 ORBIT = mp.multibody.Orbit(rate=1.1e-3)
 
 
-def test_a_satellite_in_orbit_does_not_ring(arm):
+def satellite(arm):
     """A hub with four booms across the vertical, which gravity gradient bends by 1e-10."""
     places = {
         f"side{k}": 0.2 * axis for k, axis in enumerate(np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]))
@@ -132,14 +129,21 @@ def test_a_satellite_in_orbit_does_not_ring(arm):
     ]
     flight = mp.Joint(name="flight", type="free", parent="ground", child="hub.root")
     bodies = {"hub": rigid("hub", {"root": (0, 0, 0), **places}, mass=20.0), **{f"boom{k}": arm for k in range(4)}}
-    run = mp.simulate(mp.System(bodies=bodies, joints=(flight, *booms), orbit=ORBIT), t_end=200.0, start="steady")
+    return mp.System(bodies=bodies, joints=(flight, *booms), orbit=ORBIT)
+
+
+def test_a_satellite_in_orbit_does_not_ring(arm):
+    run = mp.simulate(satellite(arm), t_end=200.0, start="steady")
     assert np.abs(run["boom0.modal"]).max() > 1e-11
     assert vibration(run, "boom0.modal") < STILL
 
 
-def test_a_tether_in_orbit_does_not_ring():
-    """Masses on elastic tethers above and below a hub: ``k x = 3 n^2 m (L + x)``."""
-    k, m, L = 10.0, 50.0, 100.0
+TETHER = 10.0, 50.0, 100.0  # stiffness, mass and length
+
+
+def tethered():
+    """Masses on elastic tethers above and below a hub."""
+    k, m, L = TETHER
     bodies = {name: rigid(name, {"root": (0, 0, 0)}, mass=m) for name in ("up", "down")}
     hub = {"root": (0, 0, 0), "up": (L, 0, 0), "down": (-L, 0, 0)}
     tethers = [
@@ -154,8 +158,13 @@ def test_a_tether_in_orbit_does_not_ring():
         for name, side in (("up", 1), ("down", -1))
     ]
     flight = mp.Joint(name="flight", type="free", parent="ground", child="hub.root")
-    system = mp.System(bodies={"hub": rigid("hub", hub, mass=500.0), **bodies}, joints=(flight, *tethers), orbit=ORBIT)
-    run = mp.simulate(system, t_end=2000.0, output_step=50.0, start="steady")
+    return mp.System(bodies={"hub": rigid("hub", hub, mass=500.0), **bodies}, joints=(flight, *tethers), orbit=ORBIT)
+
+
+def test_a_tether_in_orbit_does_not_ring():
+    """``k x = 3 n^2 m (L + x)``."""
+    k, m, L = TETHER
+    run = mp.simulate(tethered(), t_end=2000.0, output_step=50.0, start="steady")
     pull = 3 * ORBIT.rate**2 * m
     assert run["up.displacement"] == pytest.approx(pull * L / (k - pull), rel=STILL)
 
@@ -337,10 +346,14 @@ def repeats(run, channel="arm.modal"):
 
 @pytest.mark.parametrize(
     ("start", "method", "most"),
-    [("periodic", "auto", STILL), ("periodic", "explicit", STILL), ("steady", "explicit", np.inf)],
+    [
+        ("periodic", "auto", STILL),
+        ("periodic", "explicit", STILL),
+        ("steady", "explicit", np.inf),
+    ],
 )
 def test_a_slider_crank_at_a_constant_speed_does_not_ring(arm, start, method, most):
-    """By default steps: 2e-7 by the Rosenbrock method, which "auto" chooses, 2e-9 by the explicit one."""
+    """By default steps: 2e-7 by the Rosenbrock method, which "auto" chooses, 1e-10 by the explicit one."""
     turn = 2 * np.pi / 20
     run = mp.simulate(slider_crank(arm), t_end=turn, output_step=turn, start=start, method=method)
     assert repeats(run) < most
@@ -382,7 +395,7 @@ def test_an_arm_that_turns_in_gravity_does_not_ring(arm, hinge):
     assert np.ptp(run["hub.angle"]) == pytest.approx(2 * np.pi, rel=3e-8)  # the tolerance
 
 
-def test_a_rotor_keeps_its_sag_in_space():
+def rotor():
     """A free round body between bushings turns under its weight: its axis stands still, its modal coordinates turn."""
     shaft = beam(Iy=1e-8, Iz=1e-8, J=2e-8)
     ends = zip(("root", "tip"), (0.0, LENGTH), strict=True)
@@ -396,12 +409,77 @@ def test_a_rotor_keeps_its_sag_in_space():
         for end, x in ends
     ]
     flight = mp.Joint(name="flight", type="free", parent="ground", child="shaft.root", angular_velocity=(100.0, 0, 0))
+    return mp.System(bodies={"shaft": shaft}, joints=(flight,), loads=bearings, gravity=GRAVITY)
+
+
+def test_a_rotor_keeps_its_sag_in_space():
     turn = 2 * np.pi / 100
-    system = mp.System(bodies={"shaft": shaft}, joints=(flight,), loads=bearings, gravity=GRAVITY)
-    run = mp.simulate(system, t_end=turn, output_step=turn, start="periodic")
+    run = mp.simulate(rotor(), t_end=turn, output_step=turn, start="periodic")
     assert repeats(run, "shaft.modal") < STILL
     assert run["shaft.root.position.y"] == pytest.approx(-LINE * 9.81 * LENGTH / 2 / 1e6, rel=1e-4)
     assert run["flight.angular_velocity"][0, 0] == pytest.approx(100.0, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def beginning(arm):
+    """Return ``(system, state) = beginning(name)`` of motions without vibrations, each found once."""
+    systems = {
+        "hanging": (hanging(arm), "equilibrium"),
+        "spinning": (spinning(arm, rate=SPIN), "steady"),
+        "satellite": (satellite(arm), "steady"),
+        "tether": (tethered(), "steady"),
+        "crank": (slider_crank(arm), "periodic"),
+        "rotor": (rotor(), "periodic"),
+    }
+    return cache(lambda name: (systems[name][0], started(*systems[name])))
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "t_end", "explicit", "alpha", "rosenbrock"),
+    [
+        ("hanging", "arm.modal", 0.02, 1000, 20, 20),
+        ("spinning", "arm.modal", 0.02, 1000, 20, 20),
+        ("satellite", "boom0.modal", 20.0, None, 20, 20),  # for which the explicit method takes 2e6 evaluations
+        ("tether", "up.displacement", 2000.0, 500, 200, 200),
+        ("crank", "arm.modal", np.pi / 10, 2500, 5000, 1000),  # a turn
+        ("rotor", "shaft.modal", np.pi / 50, 2000, 1000, None),  # a turn of bushings that turn: order 1, 5e-5
+    ],
+)
+def test_what_does_not_ring_does_not_by_fixed_steps_either(
+    beginning, name, channel, t_end, explicit, alpha, rosenbrock
+):
+    """From the first to the last output; so many steps of each method."""
+    system, state = beginning(name)
+    for method, count in (("explicit", explicit), ("generalised_alpha", alpha), ("rosenbrock", rosenbrock)):
+        if count:
+            run = mp.simulate(system, t_end=t_end, output_step=t_end, start=state, method=method, step=t_end / count)
+            assert repeats(run, channel) < STILL, method
+
+
+def test_the_ringing_of_a_forced_motion_is_the_error_of_the_steps(beginning):
+    """Of generalised-alpha, which is of order 2: half the step, a quarter of it."""
+    system, state = beginning("crank")
+    turn = np.pi / 10
+    ringing = [
+        repeats(
+            mp.simulate(system, t_end=turn, output_step=turn, start=state, method="generalised_alpha", step=turn / n)
+        )
+        for n in (2500, 5000)
+    ]
+    assert ringing[0] / ringing[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "most"), [("rotor", "generalised_alpha", 8000), ("hanging", "rosenbrock", 50)]
+)
+def test_a_motion_without_vibrations_has_an_implicit_method(beginning, name, method, most):
+    """Also where the explicit method takes 2e4 and 5e3 evaluations only."""
+    system, state = beginning(name)
+    t_end = 0.05 if name == "hanging" else np.pi / 50
+    start = state if name == "hanging" else "periodic"
+    run = mp.simulate(system, t_end=t_end, output_step=t_end, start=start)
+    assert run.stats["method"] == method
+    assert run.stats["evaluations"] < most
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from modalprep.multibody.kernels.joints import move
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 STEP_COST = 12.0  # evaluations of an explicit step
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
+FEW_SMOOTH = 250  # the same of a run that begins without vibrations: of their evaluations a first look takes 4 %
 FIRST_REVIEW = 0.01  # of the evaluations of an explicit run
 TRIAL_SHARE = 0.01  # of the evaluations of the rest of a run, for the trial of another method
 TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
@@ -51,12 +52,14 @@ class Choice(NamedTuple):
         return next(name for name, method in METHODS.items() if method == self.method)
 
 
-def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
+def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float, *, smooth: bool = False) -> Choice:
     """Return the method asked for, or for "auto" the one to begin with.
 
     An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
     tolerance and motion, and vibrations where these count. So a run that is not stiff is for the explicit method, any
-    other begins with an implicit one, and `review` counts.
+    other begins with an implicit one, and `review` counts. A run of few explicit steps is left to them, as vibrations
+    of its start may take an implicit method just as long; of one that is `smooth`, which begins at a state that was
+    found, the implicit step is as long as the motion allows, and fewer steps are few.
     """
     loading.enter(*loading.stretches[0])
     start = loading.stretches[0][0]
@@ -68,9 +71,9 @@ def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float)
         explicit = run.clock[0].fixed_step * top < STABLE
         why = ", chosen by the step against the highest frequency"
         return Choice(EXPLICIT if explicit else _implicit(eq), steps, why)
-    if steps < FEW_STEPS:
+    if steps < (FEW_SMOOTH if smooth else FEW_STEPS):
         return Choice(EXPLICIT, steps)
-    first = FIRST_REVIEW * STEP_COST * steps
+    first = max(FIRST_REVIEW * STEP_COST * steps, LEAST_TRIAL)
     why = f", chosen against {STEP_COST * steps:.2g} evaluations that the explicit method takes at least"
     return Choice(_implicit(eq), steps, why, STEP_COST * top / STABLE, first, start)
 

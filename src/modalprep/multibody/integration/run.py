@@ -93,6 +93,8 @@ class Integration:
         Further channels of the events.
     is_deflected : bool
         Whether it begins with a deflection, beside which vibrations count.
+    finer : float
+        What generalised-alpha multiplies the relative tolerance by.
     steps : dict of array
         The step control of a run that ended where this one begins: see `step_control`.
     ends : (k,)
@@ -120,6 +122,7 @@ class Integration:
         reference: Callable | None = None,
         observer: Observer | None = None,
         is_deflected: bool = False,
+        finer: float = 1.0,
         steps: Mapping[str, np.ndarray] | None = None,
         ends: np.ndarray | None = None,
         keeps_momenta: bool = True,
@@ -155,7 +158,10 @@ class Integration:
         self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.counters))  # read more quickly
         self.forecast = Forecast()
         self.looked: tuple[int, float] = (0, 0.0)  # evaluations and time when `refuse_endless` looked
-        self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
+        smooth = is_deflected and not steps
+        self.choice = choose(self.equations, self.steps, loading, method, loading.t_end, smooth=smooth)
+        if self.choice.method == ALPHA:
+            self.steps.clock["rtol"] *= finer
         self._longest = longest
         if is_deflected and self.choice.method == EXPLICIT and not step:
             self._limit_to_stable_steps()
