@@ -23,7 +23,7 @@ from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.ringing import ringing
 from modalprep.multibody.results.time_notes import time_notes
 from modalprep.multibody.results.validity import imbalance, large_deflections
-from modalprep.multibody.starts import Given, for_alpha, started, tolerance
+from modalprep.multibody.starts import Given, started, tolerances
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import told
 
@@ -147,7 +147,7 @@ def simulate(
     check_steps(t_end, max_step, shortest_event)
     _check_method(method, rho_inf, reference)
     state = started(system, start, period)
-    own = tolerance(start, state, rtol)
+    own, finer = tolerances(start, state, rtol)
     begin = 0.0 if state is None else state.t
     if not begin < t_end:
         raise InputError(f"simulation t_end = {t_end:g} s is not after its start, which is at {begin:g} s")
@@ -160,7 +160,7 @@ def simulate(
             reference=reference,
             method="explicit" if reference else method,
             rtol=own,
-            finer=for_alpha(own) if own != rtol else 1.0,
+            finer=finer,
             atol=atol,
             step=step,
             rho=rho_inf,

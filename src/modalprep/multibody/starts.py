@@ -75,7 +75,7 @@ def started(system: System, start: Given, period: float | None = None) -> System
     return _in_equilibrium(system) if start == "equilibrium" else _steady(system)
 
 
-def tolerance(start: Given, state: SystemState | None, rtol: float) -> float:
+def tolerances(start: Given, state: SystemState | None, rtol: float) -> tuple[float, float]:
     """Return the relative tolerance of the steps: finer where the motion is to have no vibration of its own.
 
     A forced motion that varies is followed to rtol of its deflections, and what the steps miss of it rings. A run that
@@ -88,26 +88,21 @@ def tolerance(start: Given, state: SystemState | None, rtol: float) -> float:
     state : SystemState or None
         Which that is.
 
+    Returns
+    -------
+    float, float
+        The tolerance, and by what generalised-alpha multiplies it.
+
     Examples
     --------
-    >>> tolerance("periodic", None, 1e-5), tolerance("steady", None, 1e-5)
-    (3e-08, 1e-05)
+    >>> tolerances("periodic", None, 1e-5), tolerances("steady", None, 1e-5)
+    ((3e-08, 0.01), (1e-05, 1.0))
     """
-    finer = max(FORCED * rtol, FINEST)
+    own = max(FORCED * rtol, FINEST)
+    finer = max(FORCED_ALPHA, FINEST / own)
     before = 0.0 if state is None else float(state.steps.get("rtol", 0.0))
-    goes_on = before in (finer, finer * for_alpha(finer))
-    return finer if goes_on or (isinstance(start, str) and start == "periodic") else rtol
-
-
-def for_alpha(finer: float) -> float:
-    """Return by how much a tolerance of `tolerance` that is finer becomes finer still for generalised-alpha.
-
-    Examples
-    --------
-    >>> for_alpha(3e-8), for_alpha(1e-13)
-    (0.01, 1.0)
-    """
-    return max(FORCED_ALPHA, FINEST / finer)
+    is_forced = before in (own, own * finer) or (isinstance(start, str) and start == "periodic")
+    return (own, finer) if is_forced else (rtol, 1.0)
 
 
 def state_at(system: System, run: Result, t: float | None = None) -> SystemState:

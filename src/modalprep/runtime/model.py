@@ -22,7 +22,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.channels import STATE, Channels
 from modalprep.multibody.results.record import histories
-from modalprep.multibody.starts import Given, started, tolerance
+from modalprep.multibody.starts import Given, started, tolerances
 from modalprep.runtime.changes import Change, changes, with_inputs
 from modalprep.runtime.combinations import combinations
 from modalprep.runtime.image import Image
@@ -126,8 +126,8 @@ def model_of(
     if not begin < t_end:
         raise InputError(f"an FMU up to t_end = {t_end:g} s begins at {begin:g} s; raise t_end")
     times, longest = times_from(begin, t_end, output_step), max_step or np.inf
-    finer = tolerance(start, state, rtol)
-    options: dict[str, Any] = {"method": method, "rtol": finer, "atol": atol, "longest": longest, "step": step}
+    options: dict[str, Any] = {"method": method, "atol": atol, "longest": longest, "step": step}
+    options["rtol"], options["finer"] = tolerances(start, state, rtol)
     integration = prepare(moved, times, start=state, shortest_event=shortest_event, **options)
     _refuse_change_point(integration)
     packing = Packing(moved, integration, Places(moved, t_end, shortest_event), events)
