@@ -267,6 +267,7 @@ def test_schema_describes_the_shipped_pipelines(project, capsys):
 def test_geometric_stiffness_is_felt(tmp_path, project):
     """A beam let go at 3 rad/s, near its first bending frequency of 3.8 rad/s, is stiffened by its spin."""
     text = BEAM.replace("beam.msh", str(project / "meshes" / "beam.msh"))
+    text = text.replace("modes = 3\n", "modes = 1\ntruncation_vectors = []\n")
     hinge = HINGE.replace('"job.root"', '"job.root"\nstart = { rate = 3.0 }').replace("0.01", "0.2\nrtol = 1e-7")
     (tmp_path / "job.toml").write_text(text + hinge)
     ends = {}
