@@ -120,7 +120,7 @@ def response_plot(linear: LinearSystem, frequency: np.ndarray, H: np.ndarray, pa
     figure = Figure(figsize=(9.0, 6.2), layout="constrained")
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     for number, (label, values) in enumerate(_pairs(linear, H)):
-        style = {"linewidth": 2.0, "color": plots.CURVES[number % 6], "linestyle": plots.LINES[number // 6 % 4]}
+        style = {"linewidth": 2.0, **plots.curve_style(number)}
         amplitude.plot(frequency, np.abs(values), label=named(label), **style)
         phase.plot(frequency, np.degrees(np.angle(values)), **style)
     amplitude.set(xscale="log", yscale="log" if np.all(np.abs(H) > 0) else "linear", ylabel="output per unit input")

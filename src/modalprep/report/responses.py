@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
-from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
+from modalprep.report.charts.plots import add_head, curve_style, plain_axes
 from modalprep.report.numbers import number, quantity, shown_unit
 from modalprep.report.tables import hertz, margin_of_safety, prefixed
 from modalprep.report.terminal import print_rows
@@ -173,7 +173,7 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
     curves = [factor * (response[name] if response.kind == "transient" else np.abs(response[name])) for name in names]
     steady = [] if response.steady is None else [factor * response.steady[:, response.names.index(n)] for n in names]
     for k, (name, y) in enumerate(zip(names, curves, strict=True)):
-        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
+        style = curve_style(k)
         mark = "o" if len(response.axis) < FEW else ""
         axes.plot(response.axis, y, label=named(name), linewidth=1.8, marker=mark, **style)
         if steady:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
-from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
+from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, curve_style, label_beyond, plain_axes
 from modalprep.report.numbers import number, quantity, shown_unit
 from modalprep.report.responses import plain_decades, squared
 from modalprep.report.tables import hertz
@@ -127,16 +127,7 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
         below.plot(cut.frequency, before[name], color=colour, linewidth=1.0, linestyle=LINES[2])
         below.plot(cut.frequency, after[name], color=colour, linewidth=1.8, label=named(name))
     below.axhline(1.0, color=GREY, linewidth=1.0)
-    below.annotate(
-        "limit",
-        (1.0, 1.0),
-        xycoords=("axes fraction", "data"),
-        fontsize=9,
-        color=GREY,
-        xytext=(4, 0),
-        textcoords="offset points",
-        va="center",
-    )
+    label_beyond(below, 1.0, "limit")
     below.set_ylabel("amplitude / limit (dotted: not notched)")
     below.set_xlabel("frequency (Hz)")
     largest = max((float(x.max()) for x in before.values()), default=1.0)
@@ -174,9 +165,8 @@ def shock_plot(spectra: Mapping[str, ShockSpectrum], units: Mapping[str, str], p
     figure = Figure(figsize=(9.0, 4.4), layout="constrained")
     axes = figure.add_subplot()
     for k, (name, one) in enumerate(spectra.items()):
-        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
         factor, _ = shown_unit(units[name].replace("²", "^2"))
-        axes.plot(one.frequency, factor * one.maximax, linewidth=1.8, label=named(name), **style)
+        axes.plot(one.frequency, factor * one.maximax, linewidth=1.8, label=named(name), **curve_style(k))
     first = next(iter(spectra.values()))
     axes.set_xlabel("frequency of the oscillator (Hz)")
     unit = ", ".join(dict.fromkeys(shown_unit(unit.replace("²", "^2"))[1] for unit in units.values()))

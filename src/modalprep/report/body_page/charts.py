@@ -10,7 +10,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.modes import participation, totals
 from modalprep.report.charts.figures import Figure, save_figure
-from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
+from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, label_beyond, plain_axes
 from modalprep.report.responses import plain_decades
 
 TARGETS = (90.0, 95.0)  # %, usual targets of the modes of a base-driven structure
@@ -65,16 +65,7 @@ def cumulative_plot(body: FlexibleBody, path: str | Path) -> Path:
         )
     for target in TARGETS:
         axes.axhline(target, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
-        axes.annotate(
-            f"{target:.0f} %",
-            (1.0, target),
-            xycoords=("axes fraction", "data"),
-            fontsize=9,
-            color=GREY,
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-        )
+        label_beyond(axes, target, f"{target:.0f} %")
     axes.set_xscale("log")
     plain_decades(axes.xaxis)
     axes.set_ylim(0, 105)

@@ -13,7 +13,7 @@ from modalprep.reduction.recoveries.convergence import Convergence
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
 from modalprep.report.charts.figures import Figure, named, save_figure
-from modalprep.report.charts.plots import CURVES, LINES, plain_axes
+from modalprep.report.charts.plots import curve_style, plain_axes
 from modalprep.report.tables import hertz
 
 CHART = 12  # recoveries in the chart, at most
@@ -103,8 +103,8 @@ def convergence_plot(convergence: Convergence, path: Path) -> Path:
     for k, name in enumerate(convergence.recoveries[:CHART]):
         shown = np.where(convergence.error[k] > FLOOR, 100 * convergence.error[k], np.nan)
         label = f"{name}, none" if np.all(np.isnan(shown)) else name
-        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(convergence.count, shown, marker="o", markersize=5, linewidth=2.0, label=named(label), **style)
+        style = {"marker": "o", "markersize": 5, "linewidth": 2.0, **curve_style(k)}
+        axes.plot(convergence.count, shown, label=named(label), **style)
     axes.set_yscale("log")
     axes.set_xlim(-0.02 * convergence.count[-1], 1.02 * convergence.count[-1])
     axes.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=True))

@@ -219,6 +219,24 @@ def add_head(axes: Axes, title: str) -> None:
         )
 
 
+def curve_style(number: int) -> dict[str, Any]:
+    """Return colour and line of a curve by its number, from 0: the line changes where the colours begin again.
+
+    Examples
+    --------
+    >>> curve_style(6)
+    {'color': '#0072B2', 'linestyle': (0, (5, 2))}
+    """
+    again, colour = divmod(number, len(CURVES))
+    return {"color": CURVES[colour], "linestyle": LINES[again % len(LINES)]}
+
+
+def label_beyond(axes: Axes, y: float, text: str) -> None:
+    """Write a text at the height y beyond the right end of axes."""
+    style = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "va": "center"}
+    axes.annotate(text, (1.0, y), xytext=(4, 0), fontsize=9, color=GREY, **style)
+
+
 def error_plot(
     curves: Mapping[str, tuple[Any, Any]],
     path: str | Path,
@@ -252,10 +270,8 @@ def error_plot(
     figure = Figure(figsize=(9.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for number, (label, (x, y)) in enumerate(pairs.items()):
-        line = LINES[number // len(CURVES) % len(LINES)]
         mark = "o" if len(x) <= 60 else ""
-        style = {"color": CURVES[number % len(CURVES)], "linestyle": line, "linewidth": 2.0}
-        axes.plot(x, y, marker=mark, markersize=4, label=named(label), **style)
+        axes.plot(x, y, marker=mark, markersize=4, linewidth=2.0, label=named(label), **curve_style(number))
     axes.set_xscale(_axis_scale([x for x, _ in pairs.values()]))
     axes.set_yscale(_axis_scale([y for _, y in pairs.values()]))
     axes.set_xlabel(xlabel)

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from modalprep.correlation.study import Study
 from modalprep.report.charts.figures import Axes, Figure, save_figure
-from modalprep.report.charts.plots import CURVES, INK, LINES, plain_axes
+from modalprep.report.charts.plots import INK, curve_style, plain_axes
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text, right_aligned
 
@@ -113,7 +113,7 @@ def _panel(axes: Axes, study: Study, along: int, fixed: dict[int, int]) -> dict[
     at = np.asarray(levels, dtype=float) if numeric else np.arange(len(levels))
     hollow = {(place, int(study.tracks.number[place][k])) for place, k in study.tracks.low_mac}
     for mode in range(study.tracks.count):
-        style = {"color": CURVES[mode % 6], "linestyle": LINES[mode // 6 % 4], "linewidth": 1.8}
+        style = {"linewidth": 1.8, **curve_style(mode)}
         curve = np.full(len(levels), np.nan)
         for k in range(len(levels)):
             place = tuple(fixed.get(axis, k) for axis in range(len(study.parameters)))
@@ -156,7 +156,7 @@ def _labels(axes: Axes, ends: dict[int, tuple[float, float]]) -> None:
             textcoords="offset points",
             va="center",
             fontsize=9,
-            color=CURVES[mode % 6],
+            color=curve_style(mode)["color"],
             fontweight="bold",
             annotation_clip=False,
         )
