@@ -7,6 +7,7 @@ from batches import write_beam, write_grid
 from outputs import contents
 
 from modalprep.cli import main
+from modalprep.examples import uniform_beam
 from modalprep.formats.modalfile import write_body
 
 SYSTEM = """
@@ -107,6 +108,11 @@ def test_grids_of_one_name_are_refused(project, tmp_path, capsys):
     assert "would overwrite the outputs of" in said
 
 
+@pytest.fixture(scope="module")
+def body():
+    return uniform_beam(modes=3, elements=6)
+
+
 OF_ONE_STEM = {  # two commands whose default outputs have one name
     "render": [("render", "a/arm.h5"), ("render", "b/arm.h5")],
     "import": [("import", "a/arm.op4"), ("import", "a/arm.sid")],
@@ -116,12 +122,12 @@ OF_ONE_STEM = {  # two commands whose default outputs have one name
 
 
 @pytest.mark.parametrize("command", OF_ONE_STEM)
-def test_default_outputs_of_one_stem_are_refused(bracket_body, tmp_path, monkeypatch, capsys, command):
+def test_default_outputs_of_one_stem_are_refused(body, rough_edges, tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
     for folder in "ab":
-        write_body(bracket_body, Path(folder, "arm.h5"))
-        write_body(bracket_body, Path(folder, "test.h5"))
-    write_body(bracket_body, Path("a", "arm.hdf5"))
+        write_body(body, Path(folder, "arm.h5"))
+        write_body(body, Path(folder, "test.h5"))
+    write_body(body, Path("a", "arm.hdf5"))
     first, second = OF_ONE_STEM[command]
     if command == "import":
         run(capsys, "export", "b/arm.h5", "--to", "op4", "-o", "a/arm.op4")
@@ -137,9 +143,9 @@ def test_default_outputs_of_one_stem_are_refused(bracket_body, tmp_path, monkeyp
     assert contents(tmp_path) == before
 
 
-def test_pages_of_one_name_are_refused(bracket_body, tmp_path, capsys):
+def test_pages_of_one_name_are_refused(body, tmp_path, capsys):
     for folder in "ab":
-        write_body(bracket_body, tmp_path / folder / "arm.h5")
+        write_body(body, tmp_path / folder / "arm.h5")
     out = tmp_path / "out"
     for _ in range(2):
         assert run(capsys, "modes", tmp_path / "a" / "arm.h5", "--output", out)[0] == 0

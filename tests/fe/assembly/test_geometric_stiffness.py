@@ -50,8 +50,7 @@ CELLS = {
 }
 
 
-@pytest.mark.parametrize("kind", ["quad", "triangle"])
-@pytest.mark.parametrize("shape", list(CELLS))
+@pytest.mark.parametrize(("shape", "kind"), some(product(CELLS, ["quad", "triangle"]), 7))
 def test_shells_are_thin_solids(against_solids, shape, kind):
     """Source: HEX20 solids. Two per cent of the largest block: thickness over width .1, over radius up to .2.
 
@@ -113,8 +112,16 @@ def test_bending_stress_of_an_unsymmetric_laminate():
     assert found[1] < 0.6 * found[0]
 
 
-@pytest.mark.parametrize("kind", ["quad", "triangle", "triangle6", "quad8", "quad9"])
-@pytest.mark.parametrize("plies", [((ALUMINIUM, 0.01),), ((ALUMINIUM, 0.005), (STIFF, 0.005))])
+@pytest.mark.parametrize(
+    ("plies", "kind"),
+    some(
+        product(
+            [((ALUMINIUM, 0.01),), ((ALUMINIUM, 0.005), (STIFF, 0.005))],
+            ["quad", "triangle", "triangle6", "quad8", "quad9"],
+        ),
+        6,
+    ),
+)
 def test_eccentric_shell_is_a_shell_elsewhere(kind, plies):
     """Identity: nodes .03 m under the mid-surface, ends held by the same frames. Round-off of K: 1e-10."""
     surface, section = SURFACES["straight"](0.1), laminate(*plies)
