@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.charts.figures import Axes, Figure, save_figure
@@ -18,6 +18,7 @@ LEAST = 4.0  # % in some direction, from which on they have it
 OTHERS = "#d5dbe1"
 HATCHES = ("", "///", "...")  # of the first six vectors, the next, ...
 TARGET = 90.0  # %, the usual least sum of a base-driven structure
+HEIGHT = 0.72  # of a bar
 LETTER = 1.05  # width of a letter in a bar, % of the body
 
 
@@ -84,14 +85,15 @@ def _words(table: ModeTable, k: int) -> str:
 
 def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, style: Style, words: tuple[str, ...]) -> None:
     """Add one vector's piece to the six bars, with the first of the words that has room."""
-    places = np.flatnonzero(share).tolist()
-    axes.barh(places, share[places], left=left[places], height=0.72, edgecolor="white", linewidth=0.6, **style)
-    dark = style["facecolor"] in ("#0072B2", "#009E73", "#D55E00")
+    ink = "white" if style["facecolor"] in ("#0072B2", "#009E73", "#D55E00") else INK
     box = {"facecolor": style["facecolor"], "edgecolor": "none", "pad": 1.0} if style["hatch"] else None
-    for place in places:
-        text = next((word for word in words if share[place] > LETTER * len(word) + 0.8), "")
-        middle = left[place] + share[place] / 2
-        axes.text(middle, place, text, ha="center", va="center", color="white" if dark else INK, fontsize=8, bbox=box)
+    for place in np.flatnonzero(share).tolist():
+        corner = (left[place], place - HEIGHT / 2)
+        bar = Rectangle(corner, share[place], HEIGHT, edgecolor="white", linewidth=0.6, **style)
+        axes.add_artist(bar)  # `barh` takes three times as long
+        if text := next((word for word in words if share[place] > LETTER * len(word) + 0.8), ""):
+            middle = left[place] + share[place] / 2
+            axes.text(middle, place, text, ha="center", va="center", color=ink, fontsize=8, bbox=box)
 
 
 def _frame(axes: Axes, left: np.ndarray, total: np.ndarray) -> None:
