@@ -33,7 +33,11 @@ class Table(Sequence[Any]):
         self._count += 1
 
     def extend(self, rows: np.ndarray) -> range:
-        """Append rows (k, width), and return which they are."""
+        """Append rows (k, width), and return which they are; the first ones may stay the same array, uncopied."""
+        if not self._count and rows.dtype == self._rows.dtype and rows.flags.owndata:
+            self._rows = rows
+            self._count = len(rows)
+            return range(self._count)
         self._grow(len(rows))
         first = self._count
         self._count += len(rows)

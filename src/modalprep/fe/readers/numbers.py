@@ -112,9 +112,10 @@ def plain_numbers(
     starts, ends = first.ravel(), last.ravel()
     if _read_fields(text, starts, ends, whole, bare, found) < first.size:
         return None
-    for k in np.flatnonzero(np.isinf(found)):
+    large = np.flatnonzero(np.abs(found) >= LARGE)
+    for k in large[np.isinf(found[large])]:
         found[k] = real(text[starts[k] : ends[k]].tobytes().decode("ascii").strip().upper())
-    return found.reshape(first.shape) if (~(np.abs(found) >= LARGE)).all() else None
+    return found.reshape(first.shape) if (np.abs(found[large]) < LARGE).all() else None
 
 
 def real(text: str) -> float | str:

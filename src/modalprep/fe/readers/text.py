@@ -13,7 +13,23 @@ from modalprep.fe.readers.numbers import plain_numbers
 BREAKS = "\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029"  # by which str.splitlines divides lines too
 STEP = 2**13  # lines whose fields are looked at in one go
 NEAR = 2**10  # lines that are texts at a time
-NEWLINE, RETURN, COMMA = b"\n\r,"
+NEWLINE, RETURN, COMMA, BLANK = b"\n\r, "
+
+
+def _places(content: bytes, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the places of some bytes, those that `where` marks."""
+    text = np.frombuffer(content, dtype=np.uint8)
+    found = [k + np.flatnonzero(where(text[k : k + 2**22])) for k in range(0, len(content), 2**22)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def _plain(content: bytes, encoding: str, split: Callable[[str], list[str]], breaks: str) -> bytes:
+    """Return a content whose lines are divided by line feeds, perhaps with carriage returns before them, alone."""
+    marks = [mark.encode() for mark in breaks if mark.isascii() or not content.isascii()]
+    lone = b"\r" in content and content.count(b"\r") != content.count(b"\r\n")
+    if lone or any(mark in content for mark in marks):
+        content = "\n".join(split(content.decode(encoding, "replace"))).encode(encoding)
+    return content
 
 
 class Lines:
@@ -47,16 +63,14 @@ class Lines:
     ) -> None:
         self._encoding = encoding
         content = content.removeprefix(codecs.BOM_UTF8)
-        marks = [mark.encode() for mark in breaks if mark.isascii() or not content.isascii()]
-        if any(mark in content for mark in marks) or (
-            b"\r" in content and content.count(b"\r") != content.count(b"\r\n")
-        ):
-            content = "\n".join(split(content.decode(encoding, "replace"))).encode(encoding)
+        ends = _places(content, lambda part: part < BLANK)
+        if not content.isascii() or (np.frombuffer(content, dtype=np.uint8)[ends] != NEWLINE).any():
+            content = _plain(content, encoding, split, breaks)
+            ends = _places(content, lambda part: part == NEWLINE)
         self._content = content
         self.text = np.frombuffer(content, dtype=np.uint8)
-        cuts = [k + np.flatnonzero(self.text[k : k + 2**22] == NEWLINE) for k in range(0, len(content), 2**22)]
-        rest = [[len(content)]] if content and content[-1] != NEWLINE else []
-        self._ends = np.concatenate([[-1], *cuts, *rest]).astype(np.int64)
+        rest = [len(content)] if content and content[-1] != NEWLINE else []
+        self._ends = np.concatenate([[-1], ends, rest]).astype(np.int64)
         self._first = 0
         self._near: list[str] = []
 
@@ -118,13 +132,19 @@ class Lines:
         step = STEP - STEP % max(len(whole) // (len(edges) - 1), 1)
         for k in range(first, last, step):
             end = min(k + step, last)
-            stops = self.stops(k, end)[:, None]
-            at = np.minimum(self.starts(k, end)[:, None] + edges, stops)
-            part = plain_numbers(self.text, at[:, :-1], at[:, 1:], whole, bare)
+            part = plain_numbers(self.text, *self._between(k, end, edges), whole, bare)
             if part is None:
                 return None
             found[k - first : end - first] = part
         return found
+
+    def _between(self, first: int, last: int, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return where columns between `edges` begin and end in `text`, no further than their lines."""
+        starts, stops = self.starts(first, last)[:, None], self.stops(first, last)[:, None]
+        begins, ends = starts + edges[:-1], starts + edges[1:]
+        if (ends[:, -1:] > stops).any():
+            begins, ends = np.minimum(begins, stops), np.minimum(ends, stops)
+        return begins, ends
 
     def free(self, first: int, last: int, reals: bool = False) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the numbers between the commas of lines, NaN of blanks, and how many each line has.
@@ -132,7 +152,8 @@ class Lines:
         With `reals` all lines have as many, the first of them a whole number; else all are whole. None unless all
         numbers are plain.
         """
-        values, counts = [], []
+        values, counts = np.empty(self._field_count(first, last)), []
+        filled = 0
         for k in range(first, last, STEP):
             starts, stops, own = self.fields(k, min(k + STEP, last))
             counts.append(own)
@@ -142,8 +163,13 @@ class Lines:
             found = plain_numbers(self.text, starts, stops, whole)
             if found is None:
                 return None
-            values.append(found)
-        return np.concatenate(values), np.concatenate(counts)
+            values[filled : filled + len(found)] = found
+            filled += len(found)
+        return values[:filled], np.concatenate(counts)
+
+    def _field_count(self, first: int, last: int) -> int:
+        """Count the fields of lines: as many as their commas and their ends."""
+        return self._content.count(COMMA, self._ends[first] + 1, self._ends[last]) + last - first
 
     def fields(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return where the fields between the commas of lines begin and end in `text`, and how many each line has."""

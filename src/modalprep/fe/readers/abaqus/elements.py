@@ -124,6 +124,7 @@ EXPANDED = (
     "are shells here: a plate of 8 x 4 has its first frequency right to 0.1 %, where CalculiX, which makes C3D8R of "
     "them, has it 35 % high"
 )
+STEP = 2**13  # elements whose nodes are looked for in one go
 REDUCED = re.compile("C3D20R.*|C3D15.*")
 COLLAPSED = {  # cells whose corners fall together: which are left, of which cell
     ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
@@ -184,12 +185,18 @@ def add_many(deck: Deck, block: Block, numbers: Numbers, given: str, known: Type
     table, height = found
     if (table < 0).any():
         return None
-    keys = [(block.scope, label) for label in table[:, 0].astype(int).tolist()]
-    nodes = deck.numbered.find(block.scope, table[:, 1:].astype(int))
-    order = np.sort(nodes, axis=1)
-    if (order[:, 0] < 0).any() or (order[:, 1:] == order[:, :-1]).any():
+    nodes = np.empty((len(table), table.shape[1] - 1), dtype=int)
+    for k in range(0, len(table), STEP):
+        found_nodes = deck.numbered.find(block.scope, table[k : k + STEP, 1:].astype(int))
+        order = np.sort(found_nodes, axis=1)
+        if (order[:, 0] < 0).any() or (order[:, 1:] == order[:, :-1]).any():
+            return None
+        nodes[k : k + STEP] = found_nodes
+    labels = table[:, 0].astype(int)
+    if len(np.unique(labels)) < len(labels):
         return None
-    if len(set(keys)) < len(keys) or any(key in deck.elements for key in keys):
+    keys = [(block.scope, label) for label in labels.tolist()]
+    if any(key in deck.elements for key in keys):
         return None
     if known.cell not in deck.cells:
         deck.cells[known.cell] = Table(nodes.shape[1])
@@ -213,6 +220,8 @@ def _in_rows(numbers: Numbers, width: int) -> tuple[np.ndarray, int] | None:
     filled = numbers.counts - open_
     total = np.cumsum(filled)
     height = int(np.searchsorted(total, width)) + 1
+    if not blank.any() and (numbers.counts == width).all():
+        return numbers.values.reshape(-1, width), 1
     if np.count_nonzero(blank) > np.count_nonzero(open_) or len(filled) % height:
         return None
     if (filled.reshape(-1, height).sum(axis=1) != width).any() or not open_.reshape(-1, height)[:, :-1].all():

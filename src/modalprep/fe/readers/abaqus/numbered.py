@@ -82,7 +82,7 @@ class Nodes:
         for of, _, lookup, first in self._blocks:
             if of == scope:
                 at = lookup(labels)
-                found = np.where(at >= 0, at + first, found)
+                np.add(at, first, out=found, where=at >= 0)
         if self._keys and (found < 0).any():
             rest = [self._places.get((scope, label), -1) for label in labels[found < 0].tolist()]
             found[found < 0] = rest

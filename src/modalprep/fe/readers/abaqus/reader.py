@@ -197,7 +197,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
     groups, names = _groups(deck)
     return Mesh(
         points=deck.units.length * np.array(deck.points)[order],
-        cells={kind: place[np.array(rows)] for kind, rows in deck.cells.items()},
+        cells={kind: place[table.rows] for kind, table in deck.cells.items()},
         groups={name: {kind: np.array(rows) for kind, rows in g.items()} for name, g in groups.items()},
         labels=labels,
         source=deck.path.name,

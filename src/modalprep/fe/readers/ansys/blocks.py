@@ -85,9 +85,11 @@ def element_table(command: Command) -> ElementBlock | None:
     if table is None or "SOLID" not in command.text(2) or table.shape[1] <= HEAD:
         return None
     blank = np.isnan(table)
-    if (blank[:, :-1] > blank[:, 1:]).any():
-        return None
-    filled = table.shape[1] - blank.sum(axis=1)
+    filled = np.full(len(table), table.shape[1])
+    if blank.any():
+        if (blank[:, :-1] > blank[:, 1:]).any():
+            return None
+        filled -= blank.sum(axis=1)
     counts = np.nan_to_num(table[:, 8])
     behind = np.maximum(HEAD + counts - table.shape[1], 0)  # numbers in the rows behind the first
     steps = (1 + np.ceil(behind / table.shape[1])).astype(int)
