@@ -609,11 +609,28 @@ def unread(text=""):
     return change
 
 
+def keeping(text):
+    """A selection that cannot be read, which is found out before the mesh."""
+
+    def change(folder):
+        content("beam.msh", JUNK)(folder)
+        job = folder / "job.toml"
+        job.write_text(job.read_text().replace("modes = 3", f'modes = 3\nkeep = "{text}"'))
+
+    return change
+
+
 TAKEN = "cannot write", "taken", "choose another --output folder"
 BEFORE_WORK = [
     *((f"{command} job.toml --output taken", unread(HINGE), *TAKEN) for command in ("run", "simulate", "modes")),
     *((f"{command} job.toml --output taken", unread("[analysis]\n"), *TAKEN) for command in ("run", "analyse")),
     ("simulate job.toml -o taken/run.h5", unread(HINGE), *TAKEN),
+    (
+        "run job.toml",
+        keeping("effectivemass > 10%"),
+        "keep: 'effectivemass > 10%' is not a comparison of",
+        "did you mean 'effective_mass'?",
+    ),
     ("simulate job.toml -o /proc/closed/run.h5", unread(HINGE), "cannot write /proc/closed/run.h5"),
     ("simulate job.toml --animate taken/run.gif", unread(HINGE), *TAKEN),
     ("quality beam.msh --picture taken/a.png", unread(), *TAKEN),
@@ -732,7 +749,10 @@ COMMANDS = [
     ("run job.toml", content("job.toml", "mesh = 3"), "job.toml", "[mesh]"),
     ("run job.toml", content("job.toml", "[[joints]]\nx = 1\n"), "job.toml", "[joints]"),
     ("run job.toml", content("job.toml", "[simulation]\nt_end = 1.0\n"), "job.toml", "no bodies"),
-    ("run body.h5", lambda folder: None, "body.h5 is not valid TOML"),
+    ("run body.h5", lambda folder: None, "body.h5 is no pipeline file (TOML); modalprep explain"),
+    ("run beam.msh", lambda folder: None, "beam.msh is no pipeline file (TOML); modalprep init beam.msh"),
+    ("run job.toml --modes 30", lambda folder: None, "--modes", "--set reduction.modes=VALUE replaces the value"),
+    ("run job.toml --t-end 30", lambda folder: None, "--t-end", "--set simulation.t_end=VALUE replaces the value"),
     *(
         (f"export body.h5 --to {to} -o {target}", lambda folder: None, "body.h5", OVERWRITES)
         for to, target in (("sid", "body.h5"), ("exudyn", "output/../body.h5"), ("vtu", "./body.h5"))

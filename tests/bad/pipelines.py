@@ -138,6 +138,7 @@ _HINGE = 'child = "arm.root"'
 SYSTEMS = [
     (_HINGE, 'child = "am.root"', "system.toml", "body 'am' does not exist", "did you mean 'arm'?"),
     (_HINGE, 'child = "arm.tip"', "is not the root interface", "use arm.root"),
+    (_HINGE, 'child = "arm.tp"', "child 'arm' has no interface 'tp'", "did you mean 'tip'? it has root, tip"),
     (_HINGE, 'child = ""', "joint 'hinge'", "does not exist"),
     (_HINGE, "child = 3", "[joints.hinge.child]", "valid string"),
     (_HINGE, f'{_HINGE}\nparent = "arm.end"', "names no interface", "arm has root, tip"),

@@ -93,6 +93,7 @@ HERTZ = np.array([1.0, 2.0, 3.0, 4.0])
         ("cumulative < 10%", [1, 1, 1, 0]),  # the heaviest of each direction
         ("static > 5%", [0, 1, 0, 1]),
         ("static > 5% and frequency < 3", [0, 1, 0, 0]),
+        ("1.5 Hz < frequency < 3.5e-3 kHz", [0, 1, 1, 0]),
         ([1, 4], [1, 0, 0, 1]),
         ([], [0, 0, 0, 0]),
     ],

@@ -57,6 +57,20 @@ def _command(name: str):
     return typer.main.get_command(only if only.registered_commands else app)
 
 
+def _advice(error: Exception) -> str:
+    """Say what to do about a wrong option: it may be a key of the pipeline file."""
+    key = getattr(error, "option_name", "").lstrip("-").replace("-", "_")
+    context = getattr(error, "ctx", None)
+    if context and any("--set" in each.opts for each in context.command.params):
+        from modalprep.pipeline.schema.reduction import ReductionTable
+        from modalprep.pipeline.schema.system import SimulationTable
+
+        for table, kind in (("reduction", ReductionTable), ("simulation", SimulationTable)):
+            if key in kind.model_fields:
+                return f"--set {table}.{key}=VALUE replaces the value of the pipeline file"
+    return "see modalprep --help"
+
+
 def _name(made: typer.models.CommandInfo) -> str:
     return made.name or getattr(made.callback, "__name__", "").replace("_", "-")
 
@@ -92,6 +106,6 @@ def perform(argv: Sequence[str]) -> int:
         raise KeyboardInterrupt from None
     except Exception as error:
         if says := getattr(error, "format_message", None):  # a wrong option or argument
-            print(f"modalprep: {says()}; see modalprep --help", file=sys.stderr)
+            print(f"modalprep: {says()}; {_advice(error)}", file=sys.stderr)
             return 2
         raise

@@ -6,6 +6,7 @@ import ast
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,8 +93,28 @@ def select(
     return np.array([kept for kept, _ in verdicts], dtype=bool), tuple(reason for _, reason in verdicts)
 
 
+def refuse_unreadable(keep: str | Sequence[int]) -> None:
+    """Refuse an expression that cannot be read, before there are modes.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> refuse_unreadable("effective_mass > 10% or frequency < 2 kHz")
+    >>> refuse_unreadable("f < 1 h")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: keep = 'f < 1 h' cannot be read; write for example 'static > 1% or frequency < 500 Hz'
+    """
+    if isinstance(keep, str) and keep.strip() != "all":
+        names = (f"{RECOVERY}.{name}" for name in recoveries_named(keep)[1])
+        _judge(_parse(keep), dict.fromkeys((*VALUES, *names), (0.0, "")))
+
+
 def _parse(keep: str) -> ast.expr:
     text = re.sub(r"(?<=[\d.])\s*Hz\b", "", keep)
+    text = re.sub(r"([\d.]+(?:e[+-]?\d+)?)\s*kHz\b", r"(\1 * 1000)", text)
     text = re.sub(r"([\d.]+(?:e[+-]?\d+)?)\s*%", r"(\1 * 0.01)", text)
     text = re.sub(r"\brecovery\.(\w[\w-]*)", r"recovery['\1']", text)
     try:
@@ -185,9 +206,17 @@ def _judge(node: ast.expr, values: Values) -> tuple[bool, str]:
                 return _compared(name, type(op), _number(right), values)
             if name := _variable(right):
                 return _compared(name, MIRRORED[type(op)], _number(left), values)
+    names = (each.id for each in ast.walk(node) if isinstance(each, ast.Name))
+    close = [match for name in names for match in get_close_matches(name, VALUES, n=1) if name not in VALUES]
+    guess = f"did you mean {close[0]!r}? " if close else ""
     raise InputError(
-        f"keep: {ast.unparse(node)[:60]!r} is not a comparison of {', '.join(VALUES[:-1])} or {VALUES[-1]}; {HELP}"
+        f"keep: {_shown(node)!r} is not a comparison of {', '.join(VALUES[:-1])} or {VALUES[-1]}; {guess}{HELP}"
     )
+
+
+def _shown(node: ast.expr) -> str:
+    """Return the text of an expression as it was given."""
+    return re.sub(r"([\w.]+) \* 0\.01\b", r"\1%", re.sub(r"([\w.]+) \* 1000\b", r"\1 kHz", ast.unparse(node)))[:60]
 
 
 def _variable(node: ast.expr) -> str:
@@ -217,4 +246,4 @@ def _number(node: ast.expr) -> float:
             return float(value)
         case ast.BinOp(op=ast.Mult(), left=left, right=right):
             return _number(left) * _number(right)
-    raise InputError(f"keep: {ast.unparse(node)[:60]!r} is not a usable number; {HELP}")
+    raise InputError(f"keep: {_shown(node)!r} is not a usable number; {HELP}")

@@ -22,7 +22,7 @@ from modalprep.multibody.model.joint_types import SCALARS
 from modalprep.multibody.model.loads import Callback, Load, PointForce, TwoEnded, check_loads, locate
 from modalprep.notebook import html_table
 from modalprep.records import Record, by_name, given, several
-from modalprep.suggest import refuse_name, refuse_other, refuse_unknown
+from modalprep.suggest import refuse_name, refuse_other, refuse_unknown, suggestion
 from modalprep.vectors import vector
 from modalprep.verdicts.notes import with_warnings
 
@@ -180,6 +180,11 @@ class System(Record, Animated):
         name, _, interface = joint.child.partition(".")
         refuse_unknown(name, self.bodies, f"joint {joint.name!r}: child body")
         root = self.bodies[name].interface_name[0]
+        if interface and interface not in (known := self.bodies[name].interface_name):
+            raise InputError(
+                f"joint {joint.name!r}: child {name!r} has no interface {interface!r}; "
+                + suggestion(interface, known, "it has")
+            )
         if interface and interface != root:
             raise InputError(
                 f"joint {joint.name!r}: child {joint.child!r} is not the root interface of {name!r}; "

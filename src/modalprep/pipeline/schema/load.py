@@ -147,7 +147,16 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     except RecursionError:
         raise InputError(f"{path} has too deeply nested lists or tables; correct it") from None
     except ValueError as error:  # also of bytes that are no text, and numbers of thousands of digits
-        raise InputError(f"{path} is not valid TOML: {error}") from None
+        raise InputError(
+            f"{path} {_no_pipeline(path)}" if path.suffix != ".toml" else f"{path} is not valid TOML: {error}"
+        ) from None
+
+
+def _no_pipeline(path: Path) -> str:
+    """Say what to do with a file of another kind."""
+    if path.suffix == ".h5":
+        return "is no pipeline file (TOML); modalprep explain says what it holds, and modalprep view shows it"
+    return f"is no pipeline file (TOML); modalprep init {path.name} writes one for a part, a mesh or a deck"
 
 
 def _refuse_odd_values(path: Path, text: str, value: Any, keys: list[str]) -> None:

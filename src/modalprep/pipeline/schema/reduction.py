@@ -25,7 +25,7 @@ from modalprep.pipeline.schema.quantities import (
     Stress,
     Three,
 )
-from modalprep.reduction.selection import recoveries_named
+from modalprep.reduction.selection import recoveries_named, refuse_unreadable
 from modalprep.reduction.table import BODY, DERIVATIVE_VECTORS, DERIVATIVES, DIRECTIONS
 from modalprep.vectors import as_rotation
 
@@ -134,6 +134,11 @@ class ReductionTable(Table):
         "iterations and half the bytes a number; out_of_core, on disk by MUMPS; auto takes the first of these that "
         "fits. superlu does without PARDISO",
     )
+
+    @model_validator(mode="after")
+    def _keep_can_be_read(self) -> ReductionTable:
+        refuse_unreadable(self.keep)
+        return self
 
     @model_validator(mode="after")
     def _target_has_a_band(self) -> ReductionTable:
