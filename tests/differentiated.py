@@ -107,7 +107,7 @@ def satellite(**options):
     )
 
 
-def four_bar():
+def four_bar(duration=0.2, **options):
     """A four-bar linkage in motion; the place of its second pivot is a parameter."""
 
     def bar(name, mass, length):
@@ -127,7 +127,7 @@ def four_bar():
     system = mp.System(bodies=bodies, joints=joints, closures=(pin,), gravity=(0, -9.81, 0))
     channels = ["crank.angle", "pivot.rate", "pin.force.x", "coupler.end.position.y"]
     names = ["crank.stiffness", "crank.angle", "crank.rate", "pivot.position.x", "coupler.mass", "gravity.y"]
-    return Case(system, channels, names, 0.2)
+    return Case(system, channels, names, duration, **options)
 
 
 def bouncing_rod():
@@ -154,11 +154,11 @@ def driven():
     return Case(system, ["wrist.angle", "arm.modal.1", "drive.drive"], names, 0.1)
 
 
-def crank_slider():
+def crank_slider(duration=0.0004, **options):
     """Simeon's slider crank with elastic rod, driven by a closure at a constant speed."""
     system, _ = slider_crank()
     channels = ["rod.modal.1", "slide.displacement", "rod.modal_rate.2"]
-    return Case(system, channels, ["drive.amplitude", "rod.mode_stiffness.1", "slider.mass"], 0.0004)
+    return Case(system, channels, ["drive.amplitude", "rod.mode_stiffness.1", "slider.mass"], duration, **options)
 
 
 def hanging():
@@ -235,9 +235,9 @@ def rubbing(**options):
     return Case(system, ["root.angle", "root.rate", "arm.modal.1"], names, 0.1, **options)
 
 
-def fixed(method):
+def fixed(method, step=5e-3):
     """Options of a run with fixed steps, the same for the differences."""
-    given = {"method": method, "step": 5e-3, "rtol": 1e-10, "atol": 1e-15}  # rtol: of the iterations of a step
+    given = {"method": method, "step": step, "rtol": 1e-10, "atol": 1e-15}  # rtol: of the iterations of a step
     return {"options": given, "fixed": True}
 
 
@@ -255,6 +255,10 @@ CASES = {
     "satellite by rosenbrock": lambda: satellite(**fixed("rosenbrock")),
     "rubbing stop": rubbing,
     "rubbing stop by rosenbrock": lambda: rubbing(**fixed("rosenbrock")),
+    "four bar by rosenbrock": lambda: four_bar(0.05, **fixed("rosenbrock")),
+    "four bar by generalised-alpha": lambda: four_bar(0.05, **fixed("generalised_alpha")),
+    "elastic slider crank by rosenbrock": lambda: crank_slider(2e-4, **fixed("rosenbrock", 2e-5)),
+    "elastic slider crank by generalised-alpha": lambda: crank_slider(2e-4, **fixed("generalised_alpha", 2e-5)),
     "chain by generalised-alpha": lambda: chain(**fixed("generalised_alpha")),
     "satellite by generalised-alpha": lambda: satellite(**fixed("generalised_alpha")),
 }

@@ -6,7 +6,6 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
@@ -32,11 +31,12 @@ from modalprep.sensitivity.local import Local, Model, Moment
 from modalprep.sensitivity.parameters import ModalStart, Parameter
 from modalprep.sensitivity.projection import Projection
 from modalprep.sensitivity.rosenbrock import RosenbrockStep
+from modalprep.sensitivity.tangent_maps import StepMap
 from modalprep.sensitivity.trace import Traced
 from modalprep.sensitivity.way_back import WayBack, applies
 from modalprep.suggest import refuse_other
 
-EXPLICIT_ONLY = "explicit"  # the method of closed loops
+EXPLICIT = "explicit"  # the method of closed loops where none is given
 GIVEN_START = "the start is a given state, which the start values of joints and modes do not change"
 
 
@@ -73,18 +73,6 @@ class Options:
         if times[0] < 0 or times[-1] > self.duration * (1 + 1e-12):
             raise InputError(f"times must lie between 0 and the duration, {self.duration:g} s")
         return times
-
-
-class StepMap(Protocol):
-    """The map of changes of one step."""
-
-    def forward(self, dz: np.ndarray) -> np.ndarray:
-        """Return the changes (nz, np) after the step."""
-        ...
-
-    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
-        """Return the gradient (nz,) by the state before; that by the parameters is added."""
-        ...
 
 
 class Course:
@@ -138,7 +126,7 @@ class Course:
             np.array([0.0, o.duration]),
             start=state,
             kind=Traced,
-            method=EXPLICIT_ONLY if system.closures or o.events else o.method,
+            method=EXPLICIT if (system.closures and o.method == "auto") or o.events else o.method,
             events=tuple(o.events),
             rtol=o.rtol,
             atol=o.atol,
@@ -238,7 +226,7 @@ class Course:
 
     def closed(self, output: int, dy: np.ndarray) -> np.ndarray:
         """Return changes (ny, np) of the state at an output, on closed loops."""
-        return dy if self.model.loops is None else self.projection(output).forward(dy)
+        return dy if self.model.loops is None else self.projection(output).forward(dy, np.eye(dy.shape[1]))
 
     def reverse_closed(self, output: int, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
         """Return a gradient (ny,) by the state at an output, by that before it is closed."""
@@ -255,9 +243,10 @@ def refuse(system: System, options: Options) -> None:
     sliding = [c.name for c in system.closures if getattr(c, "friction_coefficient", 0.0)]
     if sliding:
         raise InputError(f"derivatives of a run: closure {sliding[0]!r} has friction, whose derivatives are not known")
-    if (system.closures or options.events) and options.method not in ("auto", EXPLICIT_ONLY):
-        what = "of closed loops" if system.closures else "with events"
-        raise InputError(f"derivatives of a run {what} by {options.method!r} are not known; give method = 'explicit'")
+    if options.events and options.method not in ("auto", EXPLICIT):
+        raise InputError(
+            f"derivatives of a run with events by {options.method!r} are not known; give method = 'explicit'"
+        )
     if options.method == "rosenbrock":
         _refuse_springs(system, options.duration)
     for event in options.events:

@@ -22,6 +22,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import prepare
 from modalprep.sensitivity.differences import CENTRAL, RELATIVE
 from modalprep.sensitivity.local import Local, Model, Moment
+from modalprep.sensitivity.tangent_maps import StepMap
 
 GRAZING = 1e-6  # share of its terms that is left of the rate of an event: it touches, and derivatives do not exist
 
@@ -102,7 +103,7 @@ class Readers(NamedTuple):
         return cls(EventReader(model.system, events, until), beside)
 
 
-class JumpMap:
+class JumpMap(StepMap):
     """An impact as a map of changes, from differences of the impact and of the event's function at its state."""
 
     def __init__(self, model: Model, jump: Jump, readers: Readers) -> None:
@@ -149,15 +150,8 @@ class JumpMap:
                 f"t = {self.jump.t:.6g} s"
             )
 
-    def forward(self, dz: np.ndarray) -> np.ndarray:
-        """Return the changes (nz, np) after the impact."""
+    def forward(self, dz: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the changes (nz, k) after the impact."""
         found = np.zeros_like(dz)
-        found[: self.ny] = self.by_state @ dz[: self.ny] + self.by_parameter
-        return found
-
-    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
-        """Return the gradient (nz,) by the state before; that by the parameters is added to `bar_p`."""
-        found = np.zeros_like(bar)
-        found[: self.ny] = self.by_state.T @ bar[: self.ny]
-        bar_p += self.by_parameter.T @ bar[: self.ny]
+        found[: self.ny] = self.by_state @ dz[: self.ny] + self.by_parameter @ dp
         return found

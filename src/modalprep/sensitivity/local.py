@@ -140,6 +140,15 @@ class Model:
         self.evaluator.load(y)
         return self.evaluator.accelerations(np.zeros(self.nu)).copy()
 
+    def constrained(self, y: np.ndarray, moment: Moment) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return what conditions of loops ask of the accelerations (m,), and the matrix (m, nu) by which they do."""
+        self.at(moment)
+        if self.loops is None:
+            return np.zeros(0), None
+        udot = self.accelerations(y, moment)
+        G = row_slopes(self.evaluator, y)[self.chart(y).kept]
+        return G @ udot, G
+
     def linear(self, y: np.ndarray, moment: Moment) -> tuple[np.ndarray, np.ndarray]:
         """Return stiffness and damping (2, nu) of modes and hinges, and their derivatives (2, nu, np)."""
         self.at(moment)
@@ -164,6 +173,14 @@ def linear_of(evaluator: Evaluator, y: np.ndarray) -> np.ndarray:
     return found
 
 
+def row_slopes(evaluator: Evaluator, y: np.ndarray) -> np.ndarray:
+    """Return the derivatives (m, nu) of all conditions of closed loops by the speeds."""
+    assert evaluator.loops is not None
+    motion = evaluator.loading.prescribe(evaluator.t, evaluator.data).copy()
+    motion[:, 1:] = 0.0
+    return evaluator.loops.rate_slopes(evaluator.data, y, motion, evaluator.t)
+
+
 class Rows(NamedTuple):
     """Conditions of closed loops that do not follow from others, scaled, and their multipliers."""
 
@@ -183,14 +200,23 @@ class Local:
     ----------
     udot : (nu,) or None
         Accelerations; None for those of the state.
+    more : (nu,) or 0
+        Forces that loops exert beside those that the accelerations need, as of an implicit step.
     """
 
-    def __init__(self, model: Model, y: np.ndarray, moment: Moment, udot: np.ndarray | None = None) -> None:
-        self.model, self.y, self.moment = model, np.array(y), moment
+    def __init__(
+        self,
+        model: Model,
+        y: np.ndarray,
+        moment: Moment,
+        udot: np.ndarray | None = None,
+        more: np.ndarray | float = 0.0,
+    ) -> None:
+        self.model, self.y, self.moment, self.more = model, np.array(y), moment, more
         self.udot = model.accelerations(self.y, moment) if udot is None else udot
         model.at(moment)
         chart = model.chart(self.y)
-        exact = SystemTangent(chart, self.udot)
+        exact = SystemTangent(chart, self.udot, more=more)
         called = (0.0, 0.0) if exact.called is None else np.hsplit(exact.called[0], 2)
         self.M, self.D, self.K = exact.found.M, exact.found.D - called[1], exact.K
         self.M = (self.M + self.M.T) / 2
@@ -210,7 +236,7 @@ class Local:
         assert loops is not None
         unit = loops.work.unit[chart.kept].copy()
         slopes = Conditions(*(unit[:, None] * part for part in conditions(exact.tree, loops, chart.kept)))
-        required = evaluator.required(self.y, self.udot)
+        required = evaluator.required(self.y, self.udot) + self.more
         return Rows(chart.kept, unit, chart.inverse.T @ required[chart.dependent], slopes)
 
     def _force_slopes(self) -> np.ndarray:
@@ -228,12 +254,8 @@ class Local:
 
     def _row_slopes(self, evaluator: Evaluator) -> np.ndarray:
         """Return the derivatives (m, nu) of the kept conditions of a system beside this one by the speeds."""
-        assert evaluator.loops is not None
         assert self.rows is not None
-        motion = evaluator.loading.prescribe(evaluator.t, evaluator.data).copy()
-        motion[:, 1:] = 0.0
-        found = evaluator.loops.rate_slopes(evaluator.data, self.y, motion, evaluator.t)
-        return self.rows.unit[:, None] * found[self.rows.kept]
+        return self.rows.unit[:, None] * row_slopes(evaluator, self.y)[self.rows.kept]
 
     @property
     def acceleration_p(self) -> np.ndarray:
@@ -284,31 +306,25 @@ class Local:
             self._mobility = saddle_inverse(self.M, None if self.rows is None else self.rows.slopes.G)
         return self._mobility
 
-    def forward(self, dy: np.ndarray) -> np.ndarray:
-        """Return the change (ny, np) of the derivative of the state by changes of the state and all parameters."""
+    def forward(self, dy: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the change (ny, k) of the rate of the state by changes (ny, k) of it and (np, k) of parameters."""
         nx, kin = self.model.nx, self.kinematics
         x, u = dy[:nx], dy[nx:]
-        turned = kin.increments @ x
         by_force, by_rows = self.mobility
-        udot = -by_force @ (self.K @ turned + self.D @ u + self.force_p)
-        if self.rows is not None:
-            s = self.rows.slopes
-            udot -= by_rows @ (s.acceleration_x @ turned + s.acceleration_u @ u + self.acceleration_p)
+        udot = -by_force @ self.force(x, u, dp) - by_rows @ self.acceleration(x, u, dp)
         return np.vstack([kin.rates_x @ x + kin.rates_u @ u, udot])
 
-    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
-        """Return the gradient (ny,) by the state of a product ``bar . ydot``; that by the parameters is added."""
-        nx, kin = self.model.nx, self.kinematics
-        by_force, by_rows = self.mobility
-        force = by_force.T @ bar[nx:]
-        turned, u = self.K.T @ force, self.D.T @ force
-        bar_p -= self.force_p.T @ force
-        if self.rows is not None:
-            s, push = self.rows.slopes, by_rows.T @ bar[nx:]
-            turned, u = turned + s.acceleration_x.T @ push, u + s.acceleration_u.T @ push
-            bar_p -= self.acceleration_p.T @ push
-        x = kin.rates_x.T @ bar[:nx] - kin.increments.T @ turned
-        return np.concatenate([x, kin.rates_u.T @ bar[:nx] - u])
+    def force(self, x: np.ndarray, u: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the change (nu, k) of the forces that the accelerations need, with coordinates, speeds, parameters."""
+        return self.K @ (self.kinematics.increments @ x) + self.D @ u + self.force_p @ dp
+
+    def acceleration(self, x: np.ndarray, u: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the change (m, k) of the accelerations of the kept conditions, those of the state given."""
+        if self.rows is None:
+            return np.zeros((0, x.shape[1]))
+        s = self.rows.slopes
+        turned = self.kinematics.increments @ x
+        return s.acceleration_x @ turned + s.acceleration_u @ u + self.acceleration_p @ dp
 
 
 def saddle_inverse(M: np.ndarray, G: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:

@@ -221,9 +221,11 @@ class ChannelSlopes:
         directions = np.zeros((nx + nu, 2 * nu))
         directions[:nx, :nu] = self.model.layout.directions(y)
         directions[nx:, nu:] = np.eye(nu)
-        directions = projection.tangent(directions)
         if self.model.loops is not None:
-            directions = np.hstack([directions, projection.shift])
+            count, more = directions.shape[1], len(self.model.parameters)
+            still, here = np.zeros((more, count)), np.zeros((nx + nu, more))
+            moves = projection.forward(directions, still), projection.forward(here, np.eye(more))
+            directions = np.hstack(moves)
         count = directions.shape[1]
         slopes = self._along([moment] * count, np.tile(y, (count, 1)), directions.T) @ weights
         if count > 2 * nu:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.sensitivity.local import Local
+from modalprep.sensitivity.local import Local, Model, saddle_inverse
+from modalprep.sensitivity.tangent_maps import reversed_map
+from modalprep.sensitivity.trace import Step
 
 
 class Projection:
@@ -21,41 +23,78 @@ class Projection:
             return
         model, rows = local.model, local.rows
         self.G, self.rate_x = rows.slopes.G, rows.slopes.rate_x
-        _, self.B = local.mobility
+        self.by_force, self.B = local.mobility
         self.increments = local.kinematics.increments
         self.directions = model.layout.directions(local.y)
         self.gap_p, self.rate_p = local.gap_slopes()
 
-    def forward(self, dy: np.ndarray) -> np.ndarray:
-        """Return the change (ny, np) of the closed state."""
-        return dy if self.local.rows is None else self._closed(dy, self.gap_p, self.rate_p)
-
-    def tangent(self, dy: np.ndarray) -> np.ndarray:
-        """Return changes (ny, k) without what opens the loops, the parameters given."""
-        none = np.zeros((1, 1))
-        return dy if self.local.rows is None else self._closed(dy, none, none)
-
-    @property
-    def shift(self) -> np.ndarray:
-        """The change (ny, np) of the closed state by the parameters, the state before given."""
-        shape = len(self.local.y), len(self.local.model.parameters)
-        return self.forward(np.zeros(shape))
-
-    def _closed(self, dy: np.ndarray, gap: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    def forward(self, dy: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the change (ny, k) of the closed state, with changes (ny, k) before and (np, k) of the parameters."""
+        if self.local.rows is None:
+            return dy
         nx = self.local.model.nx
         turned = self.increments @ dy[:nx]
-        move = -self.B @ (self.G @ turned + gap)
-        u = dy[nx:] - self.B @ (self.G @ dy[nx:] + self.rate_x @ (turned + move) + rate)
+        move = -self.B @ (self.G @ turned + self.gap_p @ dp) - self._place_force(turned, dp)
+        rate = self.G @ dy[nx:] + self.rate_x @ (turned + move) + self.rate_p @ dp
+        u = dy[nx:] - self.B @ rate - self._rate_force(turned + move, dp)
         return np.vstack([dy[:nx] + self.directions @ move, u])
+
+    def _place_force(self, turned: np.ndarray, dp: np.ndarray) -> np.ndarray | float:
+        """Return what the metric changes the places by."""
+        return 0.0
+
+    def _rate_force(self, turned: np.ndarray, dp: np.ndarray) -> np.ndarray | float:
+        """Return what the metric changes the speeds by."""
+        return 0.0
 
     def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
         """Return the gradient (ny,) by the state before; that by the parameters is added."""
-        if self.local.rows is None:
-            return bar
-        nx = self.local.model.nx
-        push = self.B.T @ bar[nx:]
-        turned = -self.rate_x.T @ push
-        move = self.B.T @ (self.directions.T @ bar[:nx] + turned)
-        bar_p -= self.rate_p.T @ push + self.gap_p.T @ move
-        x = bar[:nx] + self.increments.T @ (turned - self.G.T @ move)
-        return np.concatenate([x, bar[nx:] - self.G.T @ push])
+        return bar if self.local.rows is None else reversed_map(self.forward, bar, bar_p)
+
+
+class ClosingStep(Projection):
+    """That of an implicit step: its metric is ``P = M + S``, and what it changes is more than the error of the step.
+
+    For both changes c, ``P c = G' n``, and derivatives are those of this equation.
+
+    Parameters
+    ----------
+    raw : (nx + nu,)
+        The state before.
+    widths : (float, float)
+        By which S has stiffness and damping of joints; stiffness of modes counts by a quarter of the squared step.
+    """
+
+    def __init__(self, model: Model, step: Step, raw: np.ndarray, widths: tuple[float, float]) -> None:
+        super().__init__(Local(model, step.end, step.at(1.0)))
+        linear, by_parameter = model.linear(step.end, step.at(1.0))
+        weights = np.tile(np.array(widths)[:, None], model.nu)
+        modes = [kind == "body" for kind, _ in model.evaluator.owner]
+        weights[:, modes] = np.array([[step.h**2 / 4], [0.0]])
+        self.metric = np.sum(weights * linear, axis=0)
+        self.metric_p = np.einsum("ck,ckp->kp", weights, by_parameter)
+        self.by_force, self.B = saddle_inverse(self.local.M + np.diag(self.metric), self.G)
+        self.of_places = self._pull(self.increments @ (step.end - raw)[: model.nx])
+        self.of_speeds = self._pull((step.end - raw)[model.nx :])
+
+    def _pull(self, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of ``P c - G' n`` by coordinates and parameters, c and n given.
+
+        They are those by which the tangent changes with the accelerations, in which it is linear.
+        """
+        own = self.local
+        beside = Local(own.model, own.y, own.moment, own.udot + change, own.more + self.metric * change)
+        return beside.K - own.K, beside.force_p - own.force_p + self.metric_p * change[:, None]
+
+    def _place_force(self, turned: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        by_x, by_p = self.of_places
+        return self.by_force @ (by_x @ turned + by_p @ dp)
+
+    def _rate_force(self, turned: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        by_x, by_p = self.of_speeds
+        return self.by_force @ (by_x @ turned + by_p @ dp)
+
+
+def closing(model: Model, step: Step, raw: np.ndarray, widths: tuple[float, float]) -> ClosingStep | None:
+    """Return how an implicit step closes loops; None without loops."""
+    return None if model.loops is None else ClosingStep(model, step, raw, widths)

@@ -1,9 +1,10 @@
-"""A step of the Rosenbrock method as a map of changes, and its reverse.
+"""A step of the Rosenbrock method as a map of changes.
 
-A stage solves ``ID(Y, k) + D_0 (r + h g k) + K_0 (h g s_0 + q + (h g)^2 k) = 0`` with the speeds ``s = s_0 + h g k``,
-the stiffness and damping K_0, D_0 of modes and hinges, and sums r, q, s_0 of the stages before (theory 5.3): its
-changes need the tangent of inverse dynamics at Y with k for the accelerations. Limits and friction make K_0 and D_0
-depend on the state before the step.
+A stage solves ``ID(Y, k) + D_0 (r + h g k) + K_0 (h g s_0 + q + (h g)^2 k) = G' l`` with the speeds
+``s = s_0 + h g k``, the stiffness and damping K_0, D_0 of modes and hinges, and sums r, q, s_0 of the stages before
+(theory 5.3), and closed loops keep the accelerations of their conditions zero: its changes need the tangent of inverse
+dynamics at Y with k for the accelerations. Limits and friction make K_0 and D_0 depend on the state before the step.
+Trees go back in compiled code (rosenbrock_back.py).
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.multibody.integration.rosenbrock import ALPHA, GAMMA, STAGES, WEIGHTS, G
-from modalprep.sensitivity.local import Local, Model
-from modalprep.sensitivity.tangent_maps import Kinematics
+from modalprep.sensitivity.local import Local, Model, saddle_inverse
+from modalprep.sensitivity.projection import closing
+from modalprep.sensitivity.tangent_maps import Kinematics, StepMap
 from modalprep.sensitivity.trace import Step
 
 
@@ -25,20 +27,21 @@ class Stage:
         own = Y[nx:] + rate
         place = place + wide * own
         K0, D0 = linear
-        model.at(step.at(c))
-        M = model.evaluator.mass(Y)
-        self.inverse = np.linalg.inv(M + np.diag(wide * D0 + wide**2 * K0))
+        closed, rows = model.constrained(Y, step.at(c))
+        M = model.evaluator.mass(Y) + np.diag(wide * D0 + wide**2 * K0)
+        by_force, by_rows = saddle_inverse(M, rows)
         push = model.evaluator.required(Y, np.zeros(model.nu)) + D0 * rate + K0 * place
-        self.k = -self.inverse @ push
-        self.local = Local(model, Y, step.at(c), self.k)
+        self.k = by_rows @ closed - by_force @ push
+        self.by_linear = np.array([place + wide**2 * self.k, rate + wide * self.k])  # the residual by K_0 and D_0
+        self.local = Local(model, Y, step.at(c), self.k, np.sum(linear * self.by_linear, axis=0))
+        self.by_force, self.by_rows = saddle_inverse(M, self.local.rows.slopes.G if self.local.rows else None)
         self.speed = own + wide * self.k
         self.kinematics: Kinematics = model.layout.kinematics(np.concatenate([Y[:nx], self.speed]))
         self.rate = np.concatenate([self.kinematics.rates_u @ self.speed, self.k])
-        self.by_linear = np.array([place + wide**2 * self.k, rate + wide * self.k])  # the residual by K_0 and D_0
 
 
-class RosenbrockStep:
-    """The four stages of a step."""
+class RosenbrockStep(StepMap):
+    """The four stages of a step, and closed loops closed after it."""
 
     def __init__(self, model: Model, step: Step) -> None:
         self.model, self.step, nu = model, step, model.nu
@@ -54,17 +57,16 @@ class RosenbrockStep:
             self.stages.append(Stage(model, step, Y, float(ALPHA[i].sum()), sums, self.linear))
         rates = [w * stage.rate for w, stage in zip(WEIGHTS, self.stages, strict=True)]
         self.raw = step.y + step.h * sum(rates, np.zeros_like(step.y))
-        self.force_p = [
-            stage.local.force_p + np.einsum("ck,ckp->kp", stage.by_linear, self.linear_p) for stage in self.stages
-        ]
+        wide = step.h * G
+        self.projection = closing(model, step, self.raw, (wide**2, wide))
 
-    def forward(self, dz: np.ndarray) -> np.ndarray:
-        """Return the changes (ny + 2 nu, np) after the step."""
+    def forward(self, dz: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the changes (ny + 2 nu, k) after the step."""
         nx, ny, h = self.model.nx, len(self.step.y), self.step.h
         wide = h * G
         K0, D0 = self.linear[:, :, None]
         here = np.stack([self.increments @ dz[:nx], dz[nx:ny]])
-        linear = np.einsum("cdk,dkp->ckp", self.linear_y, here)
+        linear = np.einsum("cdk,dkp->ckp", self.linear_y, here) + self.linear_p @ dp
         rates: list[np.ndarray] = []
         speeds: list[np.ndarray] = []
         for i, stage in enumerate(self.stages):
@@ -74,46 +76,16 @@ class RosenbrockStep:
                 rate = rate + h * GAMMA[i, j] * rates[j][nx:]
                 place = place + h * GAMMA[i, j] * speeds[j]
             own = Y[nx:] + rate
-            local = stage.local
-            force = local.K @ (local.kinematics.increments @ Y[:nx]) + local.D @ Y[nx:] + self.force_p[i]
-            force += np.einsum("ck,ckp->kp", stage.by_linear, linear)
-            k = -stage.inverse @ (force + D0 * rate + K0 * (place + wide * own))
+            x, u, local = Y[:nx], Y[nx:], stage.local
+            force = local.force(x, u, dp) + np.einsum("ck,ckp->kp", stage.by_linear, linear)
+            force += D0 * rate + K0 * (place + wide * own)
+            k = -stage.by_force @ force - stage.by_rows @ local.acceleration(x, u, dp)
             speeds.append(own + wide * k)
-            rates.append(np.vstack([stage.kinematics.rates_x @ Y[:nx] + stage.kinematics.rates_u @ speeds[i], k]))
+            rates.append(np.vstack([stage.kinematics.rates_x @ x + stage.kinematics.rates_u @ speeds[i], k]))
         after = dz[:ny] + h * sum((w * each for w, each in zip(WEIGHTS, rates, strict=True)), np.zeros_like(rates[0]))
         found = np.zeros_like(dz)
-        found[:ny] = self.model.layout.normalised(self.raw, after)
-        return found
-
-    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
-        """Return the gradient (ny + 2 nu,) by the state before; that by the parameters is added to `bar_p`."""
-        nx, ny, h = self.model.nx, len(self.step.y), self.step.h
-        wide = h * G
-        K0, D0 = self.linear
-        after = self.model.layout.normalised(self.raw, bar[:ny, None])[:, 0]  # a symmetric map
-        rates = [h * w * after for w in WEIGHTS]
-        speeds = [np.zeros(ny - nx) for _ in WEIGHTS]
-        before = after.copy()
-        linear = np.zeros_like(self.linear)
-        for i in range(STAGES - 1, -1, -1):
-            stage, local = self.stages[i], self.stages[i].local
-            speed = speeds[i] + stage.kinematics.rates_u.T @ rates[i][:nx]
-            mu = stage.inverse.T @ (rates[i][nx:] + wide * speed)
-            bar_p -= self.force_p[i].T @ mu
-            linear -= stage.by_linear * mu
-            own = speed - wide * K0 * mu
-            rate, place = own - D0 * mu, -K0 * mu
-            x = stage.kinematics.rates_x.T @ rates[i][:nx] - local.kinematics.increments.T @ (local.K.T @ mu)
-            Y = np.concatenate([x, own - local.D.T @ mu])
-            before += Y
-            for j in range(i):
-                rates[j] += h * ALPHA[i, j] * Y
-                rates[j][nx:] += h * GAMMA[i, j] * rate
-                speeds[j] += h * GAMMA[i, j] * place
-        x, u = np.einsum("cdk,ck->dk", self.linear_y, linear)
-        before += np.concatenate([self.increments.T @ x, u])
-        found = np.zeros_like(bar)
-        found[:ny] = before
+        after = self.model.layout.normalised(self.raw, after)
+        found[:ny] = self.projection.forward(after, dp) if self.projection else after
         return found
 
 

@@ -183,7 +183,7 @@ def state_changes(course: Course) -> np.ndarray:
     found = np.zeros((len(course.times), course.ny, dz.shape[1]))
     _put(course, 0, dz, found)
     for k in range(len(course.trace)):
-        dz = course.map(k).forward(dz)
+        dz = course.map(k).forward(dz, np.eye(dz.shape[1]))
         _put(course, k + 1, dz, found)
     return found
 

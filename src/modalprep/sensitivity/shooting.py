@@ -225,7 +225,7 @@ class _Search:
             for stage in step.stages:
                 stage.force_p = np.zeros((course.model.nu, len(self.H)))
                 stage.force_p[rows] = -block_diag(*[self._shares(stage.moment.t)] * len(rows))
-            dz = step.forward(dz)
+            dz = step.forward(dz, np.eye(len(self.H)))
         return dz[None, : course.ny]
 
     def _shares(self, t: float) -> np.ndarray:

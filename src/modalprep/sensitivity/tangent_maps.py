@@ -7,6 +7,8 @@ direction of a quaternion alone.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +17,36 @@ import scipy
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.packing.packed import Packed
 from modalprep.vectors import skew
+
+
+class StepMap(ABC):
+    """The map of changes ``[state | accelerations | those of the method]`` (nz,) of one step."""
+
+    @abstractmethod
+    def forward(self, dz: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the changes (nz, k) after the step, with those before it and (np, k) of the parameters."""
+
+    def reverse(self, bar: np.ndarray, bar_p: np.ndarray) -> np.ndarray:
+        """Return the gradient (nz,) by what was before; that by the parameters is added."""
+        return reversed_map(self.forward, bar, bar_p)
+
+
+def reversed_map(
+    forward: Callable[[np.ndarray, np.ndarray], np.ndarray], bar: np.ndarray, bar_p: np.ndarray
+) -> np.ndarray:
+    """Return the gradient by the first argument of a linear map of two; that by the second is added to `bar_p`.
+
+    Examples
+    --------
+    >>> by_p = np.zeros(1)
+    >>> reversed_map(lambda x, p: 2 * x + np.ones((2, 1)) @ p, np.array([1.0, 3.0]), by_p), by_p
+    (array([2., 6.]), array([4.]))
+    """
+    first = len(bar)
+    one = np.eye(first + len(bar_p))
+    found = forward(one[:first], one[first:]).T @ bar
+    bar_p += found[first:]
+    return found[:first]
 
 
 class Free(NamedTuple):

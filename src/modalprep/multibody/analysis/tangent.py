@@ -209,6 +209,8 @@ class SystemTangent:
         Accelerations.
     moving : bool
         Whether prescribed hinges move; otherwise they are held where they are.
+    more : (nu,) or 0
+        Forces that the loops exert beside those that the accelerations need, as of an implicit step.
 
     Raises
     ------
@@ -225,7 +227,7 @@ class SystemTangent:
         What the dependent accelerations change by with coordinates and speeds, the independent ones given.
     """
 
-    def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True) -> None:
+    def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True, more: np.ndarray | float = 0.0) -> None:
         self.chart, evaluator = chart, chart.evaluator
         if evaluator.packed.with_stations:
             _refuse(evaluator.system)
@@ -242,7 +244,7 @@ class SystemTangent:
         none = nothing(chart.R.shape)
         self.speeds_x = self.accelerations_x = self.accelerations_u = none
         if evaluator.loops is not None:
-            self._close(evaluator.loops, required)
+            self._close(evaluator.loops, required + more)
         self.found = self.tree.finish()
         self.called = self._called() if not loading.compiled else None
 
