@@ -69,7 +69,11 @@ def _near(mesh: Mesh, one: Opening) -> bool:
 
 def used_nodes(mesh: Mesh) -> np.ndarray:
     """Return the nodes of the cells that are no points (k,)."""
-    return np.unique(np.concatenate([conn.ravel() for kind, conn in mesh.cells.items() if cell_dimension(kind)]))
+    found = np.zeros(len(mesh.points), dtype=bool)
+    for kind, conn in mesh.cells.items():
+        if cell_dimension(kind):
+            found[conn] = True
+    return np.flatnonzero(found)
 
 
 def plane_ones(mesh: Mesh, planes: list[PlaneFace], nothing: bool) -> Iterator[Proposal]:

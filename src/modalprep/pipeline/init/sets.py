@@ -52,6 +52,7 @@ def named_sets(mesh: Mesh, structure: set[str], rounds: list[Opening]) -> Iterat
     """Yield the groups that are no structure, and not what a set of supports holds."""
     cells = structural_cells(mesh)
     held = [set(one.nodes.tolist()) for one in mesh.supports.values()]
+    rotating = _rotating(mesh)
     for name, kinds in mesh.groups.items():
         if (
             name in structure
@@ -64,7 +65,7 @@ def named_sets(mesh: Mesh, structure: set[str], rounds: list[Opening]) -> Iterat
             continue
         nodes = mesh.nodes(name)
         dimension = max(map(cell_dimension, mesh.group(name)))
-        turning = [node for node in nodes if _rotates(mesh, node)]
+        turning = bool(rotating[nodes].any())
         if dimension == 0 and ((kept and turning) or (1 < len(nodes) <= SINGLE and NODE_BY_NODE.match(name))):
             yield from (single_node(mesh, node, f"of the set {name!r}").with_(asked=kept) for node in nodes)
         elif len(nodes) == 1:
@@ -76,7 +77,7 @@ def named_sets(mesh: Mesh, structure: set[str], rounds: list[Opening]) -> Iterat
 def single_node(mesh: Mesh, node: int, what: str, name: str | None = None) -> Proposal:
     """Return one node as an interface, likely where it has rotations."""
     label = _label(mesh, node)
-    rotates = _rotates(mesh, node)
+    rotates = bool(_rotating(mesh)[node])
     return Proposal(
         name=slug(name) if name else f"node_{label}",
         keys=f"node = {label}",
@@ -90,13 +91,16 @@ def _label(mesh: Mesh, node: int) -> int:
     return int(mesh.labels[node]) if len(mesh.labels) else int(node) + 1
 
 
-def _rotates(mesh: Mesh, node: int) -> bool:
-    """Whether a beam, a shell or a rigid element gives a node rotations."""
-    turning = [conn for kind, conn in mesh.cells.items() if cell_dimension(kind) in (1, 2)]
-    volumes = [conn for kind, conn in mesh.cells.items() if cell_dimension(kind) == 3]
-    if any(link.kind == "rbe2" and link.node == node for link in mesh.links):
-        return True
-    return any(node in conn for conn in turning) and not any(node in conn for conn in volumes)
+def _rotating(mesh: Mesh) -> np.ndarray:
+    """Whether a beam, a shell or a rigid element gives each node rotations (n_points,)."""
+    found = np.zeros(len(mesh.points), dtype=bool)
+    for turns in (True, False):  # solids come last
+        for kind, conn in mesh.cells.items():
+            dimension = cell_dimension(kind)
+            if dimension in ((1, 2) if turns else (3,)):
+                found[conn] = turns
+    found[[link.node for link in mesh.links if link.kind == "rbe2"]] = True
+    return found
 
 
 def _set(mesh: Mesh, name: str, nodes: np.ndarray, rounds: list[Opening]) -> Proposal:
