@@ -170,8 +170,11 @@ def _slopes(system: System) -> None:
 def _gradient(method: str, system: System) -> None:
     from modalprep.sensitivity.gradient import gradient
     from modalprep.sensitivity.objective import last
+    from modalprep.sensitivity.run_sensitivities import run_sensitivities
 
-    gradient(system, last("hinge.angle"), ["hinge.angle", "gravity.y"], 1e-3, method=method)
+    given = ["hinge.angle", "gravity.y"], 1e-3
+    gradient(system, last("hinge.angle"), *given, method=method)
+    run_sensitivities(system, ["hinge.angle"], *given, method=method)
 
 
 def _gradients_of_springs(system: System) -> None:

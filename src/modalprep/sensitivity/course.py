@@ -34,6 +34,7 @@ from modalprep.sensitivity.rosenbrock import RosenbrockStep
 from modalprep.sensitivity.tangent_maps import StepMap
 from modalprep.sensitivity.trace import Traced
 from modalprep.sensitivity.way_back import WayBack, applies
+from modalprep.sensitivity.way_forward import FEW, WayForward
 from modalprep.suggest import refuse_other
 
 EXPLICIT = "explicit"  # the method of closed loops where none is given
@@ -211,6 +212,11 @@ class Course:
     def way_back(self) -> WayBack | None:
         """The way back through many steps at once; None of a system to which it does not apply."""
         return WayBack(self.model) if applies(self.system) else None
+
+    @cached_property
+    def way_forward(self) -> WayForward | None:
+        """The way forward through many explicit steps at once; None of a system to which it does not apply."""
+        return WayForward(self.way_back) if self.way_back and self.model.nu <= FEW else None
 
     @cached_property
     def _readers(self) -> Readers:

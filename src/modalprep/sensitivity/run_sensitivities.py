@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -182,10 +182,21 @@ def state_changes(course: Course) -> np.ndarray:
     dz[: course.ny] = course.start_slopes()
     found = np.zeros((len(course.times), course.ny, dz.shape[1]))
     _put(course, 0, dz, found)
-    for k in range(len(course.trace)):
-        dz = course.map(k).forward(dz, np.eye(dz.shape[1]))
-        _put(course, k + 1, dz, found)
+    for k, after in enumerate(_changes(course, dz), start=1):
+        _put(course, k, after, found)
     return found
+
+
+def _changes(course: Course, dz: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the changes after each step."""
+    k = 0
+    while k < len(course.trace):
+        many = course.way_forward.count(course.trace, k) if course.way_forward else 0
+        maps = course.way_forward.maps(course.trace[k : k + many]) if course.way_forward and many else [course.map(k)]
+        for each in maps:
+            dz = each.forward(dz, np.eye(dz.shape[1]))
+            yield dz
+        k += len(maps)
 
 
 def _put(course: Course, k: int, dz: np.ndarray, found: np.ndarray) -> None:

@@ -108,7 +108,7 @@ def steps_back(stages, steps, count, back, bar):
     for k in range(count - 1, -1, -1):
         for c in range(len(bar)):
             bar[c] += steps.after[k, c]
-        status = _evaluate_stages(stages, steps, k, back)
+        status = evaluate_stages(stages, steps, k, back)
         if status != GOOD:
             return status
         _step_back(stages, steps, k, back, bar)
@@ -116,7 +116,7 @@ def steps_back(stages, steps, count, back, bar):
 
 
 @compile_kernel
-def _evaluate_stages(stages, steps, k, back):
+def evaluate_stages(stages, steps, k, back):
     """Write states and rates of the stages of step k, and its end."""
     h, begin = steps.h[k], steps.y[k]
     nx, nu = stages.s0.model.nx, len(stages.s0.tau)

@@ -51,7 +51,7 @@ class WayBack:
         self.ny = ny = nx + nu
         self.at_once = max(1, MOST // (STAGES * (ny + 2 * nu)))
         self.known: dict[int, Equations] = {}  # of the system and those beside it, by their evaluators
-        own = self._equations(model.evaluator)
+        own = self.equations(model.evaluator)
         self.sprung = [each for each in model.evaluators[1:] if each is not model.evaluator and self._is_sprung(each)]
         self.ends = ends_of(model.evaluator, self.sprung)
         self.stages = Stages(*(self._stage(own) for _ in range(STAGES)))
@@ -109,10 +109,11 @@ class WayBack:
         """Return from which step on it goes back at once to step `end`; `end` where it cannot."""
         last = trace[end - 1] if end else None
         before = reversed(range(max(0, end - self.at_once), end))
-        alike = takewhile(lambda k: self._is_like(trace[k], last), before)
+        alike = takewhile(lambda k: self.is_like(trace[k], last), before)
         return end - sum(1 for _ in alike)
 
-    def _is_like(self, step: Step | Jump, last: Step | Jump | None) -> bool:
+    def is_like(self, step: Step | Jump, last: Step | Jump | None) -> bool:
+        """Whether compiled code takes a step at once with another."""
         if not (isinstance(step, Step) and isinstance(last, Step)):
             return False
         return step.method in self.methods and (step.method, step.stretch) == (last.method, last.stretch)
@@ -127,7 +128,7 @@ class WayBack:
         """
         self.model.at(steps[0].begin)
         method = steps[0].method
-        kept = self._kept(steps, after)
+        kept = self.kept(steps, after)
         if self.ends is not None:
             self.ends.products[:] = 0.0
         found = bar.copy() if method == driver.ALPHA else np.concatenate([bar[: self.ny], np.zeros(2 * self.model.nu)])
@@ -148,7 +149,8 @@ class WayBack:
             return rosenbrock_back(*given, len(steps), self.back, self.implicit, bar[: self.ny])
         return alpha_back(*given, _alpha_steps(steps), len(steps), self.back, self.alpha, bar)
 
-    def _kept(self, steps: Sequence[Any], after: np.ndarray) -> Steps:
+    def kept(self, steps: Sequence[Any], after: np.ndarray) -> Steps:
+        """Return steps for compiled code, with what is added to the gradient (k, nx + nu) after each."""
         y = np.array([step.y for step in steps])
         found = self._rows(steps, after, y)
         if steps[0].method == driver.ALPHA:
@@ -192,13 +194,13 @@ class WayBack:
             assert self.ends is not None
             return -float(self.ends.products[self.sprung.index(evaluator)])
         if self._has_own_tree(evaluator) and evaluator.system.loads == own.system.loads:  # but for joints' elements
-            return float(self.back.joints[0]) - hinge_product(self._equations(evaluator), kept, len(kept.time))
+            return float(self.back.joints[0]) - hinge_product(self.equations(evaluator), kept, len(kept.time))
         for each in (own, evaluator):
             if id(each) not in known:
-                known[id(each)] = force_product(self._equations(each), kept, len(kept.time), self.force)
+                known[id(each)] = force_product(self.equations(each), kept, len(kept.time), self.force)
         return known[id(evaluator)] - known[id(own)]
 
-    def _equations(self, evaluator: Evaluator) -> Equations:
+    def equations(self, evaluator: Evaluator) -> Equations:
         """Return the equations of the system, or of one beside it, which are made once."""
         if id(evaluator) not in self.known:
             self.known[id(evaluator)] = build_equations(evaluator.packed, evaluator.loading, evaluator.data)

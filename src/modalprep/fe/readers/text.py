@@ -140,7 +140,8 @@ class Lines:
 
     def _between(self, first: int, last: int, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where columns between `edges` begin and end in `text`, no further than their lines."""
-        starts, stops = self.starts(first, last)[:, None], self.stops(first, last)[:, None]
+        starts = self.starts(first, last)[:, None]
+        stops = self.stops(first, last)[:, None]
         begins, ends = starts + edges[:-1], starts + edges[1:]
         if (ends[:, -1:] > stops).any():
             begins, ends = np.minimum(begins, stops), np.minimum(ends, stops)
