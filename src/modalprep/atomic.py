@@ -176,6 +176,25 @@ def remove_temporary(folder: Path, process: int) -> None:
                 path.unlink()
 
 
+def write_text(text: str, path: str | Path, errors: str = "strict") -> Path:
+    """Write a text in UTF-8; the file is written completely or not at all. `errors` is as of `str.encode`.
+
+    Raises
+    ------
+    OutputError
+        When the folder cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> write_text("<html></html>", Path(tempfile.mkdtemp()) / "a.html").read_text()
+    '<html></html>'
+    """
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", errors=errors)
+    return Path(path)
+
+
 def write_json(data: dict[str, Any], path: Path) -> Path:
     """Write one JSON object; the file is written completely or not at all.
 
@@ -190,9 +209,7 @@ def write_json(data: dict[str, Any], path: Path) -> Path:
     >>> write_json({"modes": 2}, Path(tempfile.mkdtemp()) / "a.json").read_text().split()
     ['{', '"modes":', '2', '}']
     """
-    with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(data, indent=1) + "\n")
-    return path
+    return write_text(json.dumps(data, indent=1) + "\n", path)
 
 
 def csv_text(text: str) -> str:

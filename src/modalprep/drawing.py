@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import atomic_path, write_text
 from modalprep.errors import InputError
 
 
@@ -96,9 +96,7 @@ class Page:
         path = Path(path)
         if path.suffix.lower() not in (".html", ".htm"):
             raise InputError(f"cannot write {path}: the page is an .html file")
-        with atomic_path(path) as temporary:
-            temporary.write_text(self.html, encoding="utf-8")
-        return path
+        return write_text(self.html, path)
 
 
 def painters() -> ModuleType:

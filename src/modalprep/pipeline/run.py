@@ -149,9 +149,9 @@ def _sensitivities(source: Loaded, table: SensitivitiesTable, folder: Path, repo
 
     found = pipeline_sensitivities(source, table)
     sensitivity_table(found, reporter.console)
-    stem = folder / f"{source.path.stem}-sensitivities"
-    _write_rows(found.rows(), stem, reporter)
-    reporter.wrote(sensitivity_plot(found, stem.with_name(f"{stem.name}.png")))
+    name = f"{source.path.stem}-sensitivities"
+    _write_rows(found.rows(), folder / f"{name}.csv", reporter)
+    reporter.wrote(sensitivity_plot(found, folder / f"{name}.png"))
     return found
 
 
@@ -161,17 +161,17 @@ def _cyclic(source: Loaded, table: CyclicTable, folder: Path, reporter: Reporter
 
     found = pipeline_cyclic(source, table)
     cyclic_table(found, reporter.console)
-    stem = folder / f"{source.path.stem}-nodal-diameters"
-    _write_rows(found.rows(), stem, reporter)
-    reporter.wrote(cyclic_plot(found, stem.with_name(f"{stem.name}.png")))
+    name = f"{source.path.stem}-nodal-diameters"
+    _write_rows(found.rows(), folder / f"{name}.csv", reporter)
+    reporter.wrote(cyclic_plot(found, folder / f"{name}.png"))
     return found
 
 
-def _write_rows(rows: Sequence[Mapping[str, Any]], stem: Path, reporter: Reporter) -> None:
-    """Write a table beside its chart, its columns by the keys of the first row."""
+def _write_rows(rows: Sequence[Mapping[str, Any]], path: Path, reporter: Reporter) -> None:
+    """Write a table, its columns by the keys of the first row."""
     from modalprep.atomic import write_table
 
-    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], stem.with_name(f"{stem.name}.csv")))
+    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], path))
 
 
 def _synthesised(source: Loaded, output: Path | None, reporter: Reporter) -> Synthesised:

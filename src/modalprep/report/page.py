@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_text
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.report.body_page import parts
 from modalprep.report.body_page.frame import page_text
@@ -151,9 +151,7 @@ def write_page(shown: BodyPage | FlexibleBody, path: str | Path) -> Path:
     ]
     data = {"scene": drawn[0], "mac-values": chart and _values(chart)}
     text = page_text(body.name, "modal body", _lead(body), found, verdict, data)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return Path(path)
+    return write_text(text, path)
 
 
 def _lead(body: FlexibleBody) -> str:

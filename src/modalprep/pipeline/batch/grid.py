@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import tomli_w
 from pydantic import ValidationError
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_text
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Cell, Job
 from modalprep.pipeline.building.sources import mark_source, refuse_shared, relative, source_files
@@ -226,6 +226,5 @@ def write_copy(file: Path, job: Job, data: dict[str, Any], head: str) -> Pipelin
     mark_source(job.folder, file)
     text = f"{head}\n{tomli_w.dumps(_moved(data, pipeline, file.parent, job.folder))}"
     if not job.file.is_file() or job.file.read_text(encoding="utf-8") != text:
-        with atomic_path(job.file) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(text, job.file)
     return pipeline

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from modalprep.atomic import atomic_path, refuse_unwritable
+from modalprep.atomic import refuse_unwritable, write_text
 from modalprep.errors import InputError
 from modalprep.pipeline.building.supplied import supplied_files
 from modalprep.pipeline.schema.base import BodyName, PipelineName, named_files
@@ -131,8 +131,7 @@ def mark_source(target: Path, file: Path) -> None:
     text = relative(file, mark.parent)
     if file.parent.resolve() == target.resolve() or (mark.is_file() and mark.read_text(encoding="utf-8") == text):
         return
-    with atomic_path(mark) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(text, mark)
 
 
 @contextmanager

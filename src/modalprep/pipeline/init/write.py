@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from modalprep.atomic import atomic_path, refuse_folder, refuse_unwritable
+from modalprep.atomic import refuse_folder, refuse_unwritable, write_text
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
@@ -129,8 +129,7 @@ def written_files(file: Path, target: Path, texts: Sequence[str], force: bool) -
     files = _files(target)[: len(texts)]
     _refuse_present(files, file, force)
     for path, text in zip(files, texts, strict=True):
-        with atomic_path(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(text, path)
     return files
 
 

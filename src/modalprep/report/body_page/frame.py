@@ -11,9 +11,10 @@ from markupsafe import Markup
 
 from modalprep.report.body_page.box import verdict_box
 from modalprep.report.body_page.section import Section
-from modalprep.report.body_page.sign_off import sign_off
 from modalprep.report.body_page.table import part, texts
 from modalprep.verdicts.verdict import Verdict
+
+ROLES = ("Prepared", "Checked", "Approved")  # of the last section, to be filled in on paper
 
 
 def page_text(
@@ -36,7 +37,8 @@ def page_text(
         What the scripts of the page read.
     """
     date = now()
-    found = [*sections, sign_off(f"{name}: {kind}", date)]
+    signed = part("sign_off.html", roles=ROLES, subject=f"{name}: {kind}", date=date)
+    found = [*sections, Section(title="Sign-off", anchor="sign-off", html=signed)]
     box = verdict_box(verdict)
     return framed(name, kind, lead, date, box, found, data=data, scripts=("viewer.js",) if data else ())
 

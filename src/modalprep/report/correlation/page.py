@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_text
 from modalprep.correlation.pairing import Correlation
 from modalprep.report.body_page.table import data_address, part, texts
 from modalprep.report.correlation.pairs import mac_plot, unpaired, worst_components
@@ -65,9 +65,7 @@ def write_pairs_page(correlation: Correlation, drawn: Scene | None, path: str | 
         mac=_picture(correlation),
         smallest=f"{correlation.pair_mac.min():.3f}" if len(correlation.pairs) else "",
     )
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return Path(path)
+    return write_text(text, path)
 
 
 def _picture(correlation: Correlation) -> str:

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_text
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import audits
 from modalprep.report.body_page import parts as body_parts
@@ -157,9 +157,7 @@ def write_run_page(shown: RunPage | Result, path: str | Path) -> Path:
         *body_parts.provenance({"Files (SHA-256)": inputs.files, "Program": inputs.made}),
     ]
     text = page_text(shown.name or Path(path).stem, "run of a system", _lead(run, system), found, verdict)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return Path(path)
+    return write_text(text, path)
 
 
 def _lead(run: Result, system: System | DeployingSystem | None) -> str:

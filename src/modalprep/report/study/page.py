@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_text
 from modalprep.report.body_page.frame import framed, now
 from modalprep.report.body_page.section import Section
 from modalprep.report.body_page.table import part
@@ -94,9 +94,7 @@ def write_study_page(
         scripts=("study/table.js", "study/plot.js"),
         styles=("study/study.css",),
     )
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", errors="backslashreplace")  # names of files in other encodings
-    return path
+    return write_text(text, path, errors="backslashreplace")  # names of files in other encodings
 
 
 def _section(title: str, anchor: str, template: str, **values: Any) -> list[Section]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_text
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.system import System
@@ -130,6 +130,4 @@ def _write(path: str | Path, name: str, about: str, scene: ViewerData, **values:
         script=texts("viewer.js"),
         **given,
     )
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return Path(path)
+    return write_text(text, path)
