@@ -9,6 +9,7 @@ from scipy.sparse import block_diag
 import modalprep as mp
 from modalprep.errors import InputError
 from modalprep.fe.links.mirror import Plane, mirrored_mesh
+from modalprep.fe.readers.digest import mesh_digest
 
 STEEL = "MAT1,1,2.+11,,.3,8000.\n"
 MATERIALS = f"""{STEEL}MAT8,2,1.4+11,9.+9,.3,5.+9,5.+9,3.+9,1600.
@@ -187,9 +188,14 @@ def external(read, tmp_path, extra=""):
 
 def test_a_part_from_a_file_of_matrices_is_its_elements(read, tmp_path):
     deck = external(read, tmp_path)
+    (tmp_path / "deck.bdf").write_text(deck)
+    before = mesh_digest(tmp_path / "deck.bdf")
     (m, ours), (m_whole, theirs) = frequencies(read(deck)), frequencies(read(WHOLE))
     assert m == pytest.approx(m_whole, rel=1e-12)
     np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+    (tmp_path / "deck.bdf").write_text(deck)
+    (tmp_path / "part.op4").write_text("of another part")
+    assert mesh_digest(tmp_path / "deck.bdf") != before  # caches know the file
 
 
 def test_the_mirror_image_of_a_part_from_a_file(read, tmp_path):

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from modalprep.fe.readers.nastran.reader import BEGIN
+from modalprep.fe.readers.nastran.assign import BEGIN
 
 ENTRY = re.compile(r"\s*([A-Z][A-Z0-9]*)\s*(?:\([^)]*\)\s*)?(?:=\s*|\s+(?=\d))(\S.*?)\s*", re.IGNORECASE)
 LETTERS = 4  # of a command that count

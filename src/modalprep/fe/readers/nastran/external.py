@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +10,10 @@ from scipy.sparse import csr_array
 from modalprep.fe.mesh.mesh import MatrixElement, Mesh
 from modalprep.fe.readers.entries import Labelled, in_basic_axes
 from modalprep.fe.readers.matrix_elements import matrix_element
+from modalprep.fe.readers.nastran.assign import assigned
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.extrn import boundary_points
 from modalprep.fe.readers.nastran.grids import deck_grids
-from modalprep.fe.readers.nastran.reader import BEGIN
 from modalprep.fe.readers.output4 import read_output4
 from modalprep.fe.readers.systems import System
 from modalprep.fe.readers.units import Units
@@ -24,7 +23,6 @@ LEFT_OUT = {
     "its damping": ("BXX1", "BXX", "BAA", "BAAX", "K4XX1", "K4XX", "K4AA", "K4AAX"),
     "its loads": ("PX", "PA", "PAX"),
 }
-ASSIGN = re.compile(r"ASSIGN\s+INPUTT4\s*=\s*(?:'([^']*)'|([^\s,]+))[\s,]([^=]*)UNIT\s*=\s*(\d+)", re.IGNORECASE)
 UNITNO = 6  # field of SEBULK
 AS_BODY = (
     "read the .op4 file as a body ([bodies.NAME] file), with its .asm and .pch beside it, and join the bodies by "
@@ -79,26 +77,14 @@ def _given(matrices: dict[str, csr_array], name: str) -> bool:
 def _assigned(path: Path, card: Card) -> Path:
     """Return the file that the deck assigns to the unit of a SEBULK."""
     unit = card.integer(UNITNO, "UNITNO", lowest=1)
-    found = {int(match[4]): match[1] or match[2] for match in ASSIGN.finditer(_before_bulk(path))}
-    if unit not in found:
+    file = assigned(path).get(unit)
+    if file is None:
         raise card.error(
             f"no file is assigned to unit {unit}; write ASSIGN INPUTT4='name.op4', UNIT={unit} before CEND"
         )
-    file = path.parent / found[unit].strip()
     if not file.is_file():
-        raise card.error(f"the file {found[unit].strip()} of unit {unit} is not there; put it beside {path.name}")
+        raise card.error(f"the file {file.name} of unit {unit} is not there; put it beside {path.name}")
     return file
-
-
-def _before_bulk(path: Path) -> str:
-    """Return what stands before BEGIN BULK, without comments."""
-    lines = []
-    with path.open(encoding="latin-1") as file:
-        for line in file:
-            if BEGIN.match(line):
-                break
-            lines.append(line.split("$", 1)[0])
-    return "".join(lines)
 
 
 def _one(card: Card, file: Path, matrices: dict[str, csr_array], names: tuple[str, ...], rows: np.ndarray) -> Labelled:

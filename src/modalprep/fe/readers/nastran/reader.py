@@ -16,13 +16,13 @@ from typing import Any
 
 from modalprep.errors import InputError
 from modalprep.fe.readers.nastran import replication
+from modalprep.fe.readers.nastran.assign import BEGIN, assigned
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.continuations import Continuations
 from modalprep.fe.readers.nastran.lines import Line, split
 from modalprep.fe.readers.nastran.runs import CardBlock, block_of, find_runs
 from modalprep.fe.readers.text import Lines
 
-BEGIN = re.compile(r"^\s*BEGIN\b(?!\s+SUPER)", re.IGNORECASE)
 INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)$", re.IGNORECASE)
 MAX_DEPTH, MAX_FILES = 10, 1000  # of INCLUDE; Nastran itself stops at ten levels
 MAX_COPIES = 10**6  # cards that one deck makes by replication
@@ -48,7 +48,7 @@ def one_by_one(entries: list[Card | CardBlock]) -> list[Card]:
 
 
 def read_cards(path: Path) -> Deck:
-    """Read a deck and the files it includes in its bulk data section.
+    """Read a deck and the files it includes in its bulk data section; the hash is that of assigned matrices too.
 
     Raises
     ------
@@ -64,6 +64,8 @@ def read_cards(path: Path) -> Deck:
     reader = _Reader(path)
     reader.read(path, ())
     reader.continuations.finish()
+    for file in assigned(path).values():
+        reader.digest.update(file.read_bytes() if file.is_file() else b"")
     for card in reader.cards:
         while isinstance(card, Card) and card.fields and not card.fields[-1]:
             card.fields.pop()
