@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from modalprep.sensitivity.objective import squares as squares
     from modalprep.sensitivity.parameters import Parameter as Parameter
     from modalprep.sensitivity.parameters import changed as changed
+    from modalprep.sensitivity.reduced_again import body_parameter as body_parameter
     from modalprep.sensitivity.run_sensitivities import RunSensitivities as RunSensitivities
     from modalprep.sensitivity.shooting import Steering as Steering
 else:  # type checkers would take any name
