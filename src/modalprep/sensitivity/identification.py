@@ -18,8 +18,7 @@ from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.sensitivity.fit_notes import notes_of
 from modalprep.sensitivity.measurement import Measurement, measurement
-from modalprep.sensitivity.moved import moved
-from modalprep.sensitivity.parameters import ModalStart, Parameter, find
+from modalprep.sensitivity.parameters import ModalStart, Parameter, find, moved
 from modalprep.sensitivity.run_sensitivities import run_sensitivities
 from modalprep.suggest import refuse_other, refuse_unknown
 from modalprep.verdicts.notes import told, with_warnings
