@@ -253,7 +253,7 @@ def _identities(body: FlexibleBody) -> list[Check]:
     stiffness = relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K >= 0) else float("inf")
     mass = relative(np.diag(rigid), body.modes.total)
     damping = float(max(0.0, -body.D.min(initial=0.0)))
-    coupled = 0.0 if body.coupled_damping is None else indefinite(body.coupled_damping)
+    dampers = () if body.coupled_damping is None else (indefinite(body.coupled_damping),)
     return [
         Check("mass and inertia", mass, IDENTITY, "of the modal body = of the mesh"),
         Check(
@@ -263,7 +263,7 @@ def _identities(body: FlexibleBody) -> list[Check]:
         Check("mass tensor", tensor, IDENTITY, "P_ab = P_ba^T"),
         Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
         Check("modal damping", damping, 0.0, "D is not negative"),
-        Check("damping matrix", coupled, IDENTITY, "takes no energy from outside, in any motion"),
+        *(Check("damping matrix", value, IDENTITY, "no motion gains energy by dampers") for value in dampers),
         Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric, T in its last two modes"),
         Check("mass matrix", indefinite(stated_mass_matrix(body)), IDENTITY, "positive definite without deflection"),
         Check("sizes", _largest(body), LARGEST, "of modes and Kg, in units of the body's mass and size"),
