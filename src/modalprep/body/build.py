@@ -13,6 +13,7 @@ from modalprep.body.quality.units import implausible_units
 from modalprep.body.recovery_matrices import recovery_matrices
 from modalprep.body.second_order import SECOND_ORDER, stiffness_and_growth, with_second_order_mass
 from modalprep.body.stations.build import STATIONS, with_stations
+from modalprep.body.stations.recoveries import refuse_far_recoveries
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
@@ -90,11 +91,8 @@ def flexible_body(
     """
     refuse_other("flexible_body: the model", FEModel, model)
     refuse_other("flexible_body: the reduction", Reduction, reduction)
-    if stations and (stress or recovery):
-        raise InputError(
-            "large_deflection does not give stress and recoveries yet, which would be those of small deflections; "
-            "leave them out, or set large_deflection = false"
-        )
+    if stations and recovery:
+        refuse_far_recoveries(recovery)
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")
     Phi = reduction.basis

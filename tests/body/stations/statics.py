@@ -11,8 +11,11 @@ from modalprep.multibody.reference.stations import station_equations
 from modalprep.vectors import cross
 
 
-def line_body(points, section, *, modes=4, stations=16, derivatives=6, boundary="fixed"):
-    """Body of beams along points (n, 3), held at the first, with a tip at the last."""
+def line_body(points, section, *, modes=4, stations=16, derivatives=6, boundary="fixed", recover=None, fibre=None):
+    """Body of beams along points (n, 3), held at the first, with a tip at the last.
+
+    `recover` by name; a fibre (2,) of the section at the root, where stress is recovered.
+    """
     n = len(points) - 1
     mesh = mp.fe.Mesh(
         points=points, cells={"line": np.stack([np.arange(n), np.arange(1, n + 1)], axis=1)},
@@ -20,14 +23,17 @@ def line_body(points, section, *, modes=4, stations=16, derivatives=6, boundary=
     )  # fmt: skip
     ends = {"root": mp.Interface(node=1, kind="node"), "tip": mp.Interface(node=n + 1, kind="node", boundary=boundary)}
     model = mp.assemble(mesh, {"line": section}, ends)
-    return bent(model, modes, stations, derivatives)
+    recovery = mp.fe.model_recovery(model, mesh, recover) if recover else None
+    point = mp.fe.StressPoint(node=1, fibres=(fibre,)) if fibre else None
+    stress = mp.fe.stress_recovery(model, mesh, {"root": point}) if point else None
+    return bent(model, modes, stations, derivatives, recovery=recovery, stress=stress)
 
 
-def bent(model, modes=4, stations=16, derivatives=6):
+def bent(model, modes=4, stations=16, derivatives=6, **recoveries):
     """Return the body of a model with stations."""
     loads = ("interfaces", "inertia", "derivatives")
     reduction = mp.craig_bampton(model, modes=modes, truncation=loads, derivatives=derivatives)
-    return mp.flexible_body(model, reduction, name="body", stations=stations)
+    return mp.flexible_body(model, reduction, name="body", stations=stations, **recoveries)
 
 
 def equilibrium(body, force=(0, 0, 0), torque=(0, 0, 0)):

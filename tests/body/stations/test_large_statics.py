@@ -5,6 +5,7 @@ import pytest
 from body.stations.statics import elastica, equilibrium, line_body
 
 import modalprep as mp
+from modalprep.body.recovery import at_rest
 from modalprep.body.stations.error import station_error
 from modalprep.body.stations.shape import station_points
 
@@ -77,3 +78,24 @@ def test_bend_of_45_degrees():
     moved = tip - points[-1]
     length = 100 * np.pi / 4
     np.testing.assert_allclose(moved, [-23.82, -13.73, 53.61], atol=3e-3 * length)
+
+
+@pytest.mark.parametrize(("w", "axial"), [(0.4, 0.02), (0.6, 0.05)])
+def test_section_forces_and_stress_are_in_the_axes_of_the_parts(w, axial):
+    """Elastica: moment ``P x`` at the root, shear ``P cos`` and axial force ``P sin`` of the end slope at the tip.
+
+    Moments and shear to 5e-4 of the largest. Axial forces, small beside them, have few shapes of the basis.
+    """
+    points = np.zeros((49, 3))
+    points[:, 0] = np.linspace(0, L, 49)
+    forces = mp.fe.Recover(kind="section_force", group="line", method="displacement")
+    body = line_body(points, STRIP, modes=8, derivatives=3, recover={"beam": forces}, fibre=(0.0, 0.001))
+    load, shorter = elastica(w)
+    P = load * EI / L**2
+    _, q = equilibrium(body, force=(0, 0, P))
+    found = body.recovered(at_rest(q[None], len(body.interface_name)))
+    moment, sine = P * (L - shorter), load * (1 - shorter) ** 2 / 2
+    assert found["beam.1.start.My"][0] == pytest.approx(-moment, rel=5e-4)
+    assert found["beam.48.end.Vz"][0] == pytest.approx(P * np.sqrt(1 - sine**2), rel=2e-3)
+    assert found["beam.48.end.N"][0] == pytest.approx(P * sine, abs=axial * P)
+    assert abs(body.stresses(q)["root.xx"]) == pytest.approx(moment * 0.001 / (EI / 2e11), rel=5e-3)

@@ -6,7 +6,7 @@ import pytest
 import modalprep as mp
 from modalprep.body.frames import in_frame, reroot
 from modalprep.errors import InputError
-from modalprep.examples import cantilever_model, large_cantilever
+from modalprep.examples import beam_mesh, cantilever_model, large_cantilever
 from modalprep.formats.export import lost_in
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.schema.reduction import ReductionTable
@@ -51,18 +51,16 @@ def held(body, **system):
     return mp.System(bodies={"beam": body}, joints=(joint,), **system)
 
 
-def test_exact_derivatives_refuse_them(beam):
-    from modalprep.multibody.packing.tree import pack
-
-    with pytest.raises(InputError, match="exact derivatives .* do not know bodies of stations"):
-        pack(held(beam)).sweep()
-
-
-def test_stress_is_refused():
+def test_recoveries_are_those_of_elements_by_mode_displacement():
     model = cantilever_model()
     reduction = mp.craig_bampton(model, modes=2)
-    with pytest.raises(InputError, match="does not give stress and recoveries yet"):
-        mp.flexible_body(model, reduction, name="beam", stations=4, recovery=lambda *_: {})
+    for wanted, match in (
+        (mp.fe.Recover(kind="section_force", group="beam"), 'set method = "displacement"'),
+        (mp.fe.Recover(kind="displacement", node=3), "of displacement does not work with a body of stations"),
+    ):
+        recovery = mp.fe.model_recovery(model, beam_mesh(10, 10.0), {"wanted": wanted})
+        with pytest.raises(InputError, match=match):
+            mp.flexible_body(model, reduction, name="beam", stations=4, recovery=recovery)
 
 
 def test_pipeline_words_choose_the_stations():

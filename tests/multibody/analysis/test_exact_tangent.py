@@ -7,6 +7,7 @@ from compare import assert_close
 from multibody.closed_trees import TYPES
 from multibody.depleted_trees import depleted_tree
 from multibody.loaded_trees import loaded_tree
+from multibody.station_trees import station_tree
 from multibody.trees import ROOTS, random_body, random_tree
 from size import seeds
 
@@ -20,7 +21,7 @@ from modalprep.multibody.elements.registry import pack_loads
 from modalprep.multibody.evaluation.evaluator import LAST, Evaluator
 from modalprep.multibody.kernels.tangents.inward import inward_tangents
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
-from modalprep.multibody.kernels.tangents.pulled_back import new_pulled, pull_back
+from modalprep.multibody.kernels.tangents.pulled_back import new_pulled, pull_inward, pull_outward
 from modalprep.multibody.model.joint_types import JOINT_TYPES
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import mass_and_force
@@ -76,6 +77,33 @@ def rooted_tree(root):
 def test_trees_with_every_joint(root):
     """Rigid and modal bodies with Kg and T, every kind of joint in motion."""
     assert_exact(rooted_tree(root), 3)
+
+
+@pytest.mark.parametrize("seed", seeds(3))
+def test_bodies_with_stations(seed):
+    """Chains with branches, other bodies at their ends, and loads there."""
+    tree = station_tree(seed)
+    rng = np.random.default_rng(seed)
+    loads = tuple(
+        mp.PointForce(name=end, at=end, force=rng.standard_normal(3), torque=rng.standard_normal(3))
+        for end in ("arm.a", "more.b", "plain.tip")
+    )
+    assert_exact(tree.with_(loads=loads), seed)
+
+
+def test_loads_on_a_body_without_second_order_beside_one_with_it():
+    """Both write the motion of their interfaces to the same place of the work."""
+    rng = np.random.default_rng(0)
+    bodies = {"bent": random_body(rng, 4), "plain": random_body(rng, 3, geometric=False)}
+    joints = tuple(
+        mp.Joint(name=name, type="revolute", parent="ground", child=name, axis=rng.standard_normal(3))
+        for name in bodies
+    )
+    loads = tuple(
+        mp.PointForce(name=name, at=f"{name}.a", force=rng.standard_normal(3), torque=rng.standard_normal(3))
+        for name in bodies
+    )
+    assert_exact(mp.System(bodies=bodies, joints=joints, loads=loads), 1)
 
 
 def elements_of(system):
@@ -150,10 +178,9 @@ def test_all_that_speeds_of_a_branch_do_is_written(branches):
     assert packed.branches == branches == np.isnan(matrices).any()
 
 
-@pytest.mark.parametrize("root", ROOTS)
-def test_products_with_one_vector(root):
+@pytest.mark.parametrize("system", [*map(rooted_tree, ROOTS), station_tree(1)], ids=[*ROOTS, "stations"])
+def test_products_with_one_vector(system):
     """``w' K`` and ``w' D`` in O(n), of the matrices of the inward sweep: to round-off, twice in the same work."""
-    system = random_tree(12 + ROOTS.index(root), root=root)
     packed = pack(system)
     model, nu = packed.model, packed.nu
     work, pulled = packed.sweep(), new_pulled(model)
@@ -165,7 +192,8 @@ def test_products_with_one_vector(root):
         outward_tangents(model, evaluator.data, work)
         inward_tangents(model, evaluator.data, work, K, D, M, force, size)
         outward_tangents(model, evaluator.data, work)
-        pull_back(model, evaluator.data, work, pulled, w, by_x, by_u)
+        pull_outward(model, evaluator.data, work, pulled, w)
+        pull_inward(model, evaluator.data, work, pulled, by_x, by_u)
         for product, matrix in ((by_x, K), (by_u, D)):
             assert np.all(np.abs(product - w @ matrix) <= 1e-12 * (np.abs(w) @ np.abs(matrix)))
 

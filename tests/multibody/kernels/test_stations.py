@@ -4,37 +4,12 @@ import numpy as np
 import pytest
 from body.stations.statics import lagrange
 from compare import assert_close
-from multibody.trees import particles, random_body
+from multibody.station_trees import random_stations, station_tree
 
-import modalprep as mp
-from modalprep.body.stations.record import Stations
-from modalprep.examples import large_cantilever, uniform_beam
+from modalprep.examples import large_cantilever
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_equations, dense_accelerations, node_motion
-
-PARENTS = [-1, 0, 0, 2, -1]
-
-
-def random_stations(seed, n):
-    """A random body of particles, its stations a tree with two branches at the root."""
-    rng = np.random.default_rng(seed)
-    body = random_body(np.random.default_rng(seed), n).with_(T=None)
-    mass, x, shape = particles(np.random.default_rng(seed), n)
-    of = np.sort(rng.integers(0, len(PARENTS), len(mass)))
-    of[: len(PARENTS)] = range(len(PARENTS))
-    groups = [of == p for p in range(len(PARENTS))]
-    centre = np.array([mass[g] @ x[g] / mass[g].sum() for g in groups])
-    arms = [x[g] - c for g, c in zip(groups, centre, strict=True)]
-    pairs = list(zip(groups, arms, strict=True))
-    stations = Stations(
-        parent=np.array(PARENTS), m=np.array([mass[g].sum() for g in groups]), centre=centre,
-        E=np.array([np.einsum("p,pa,pb->ab", mass[g], r, r) for g, r in pairs]),
-        S=np.array([np.einsum("p,pai->ai", mass[g], shape[g]) for g in groups]),
-        H=np.array([np.einsum("p,pb,pai->abi", mass[g], r, shape[g]) for g, r in pairs]),
-        owner=np.array([-1, 1, 3]), part=np.array([-1, 1, 3]),
-    )  # fmt: skip
-    return body.with_(stations=stations)
 
 
 def state(body, seed, size=0.5):
@@ -94,16 +69,7 @@ def test_kernel_is_the_reference(seed):
     """A body with stations on a skew hinge carries one without and one with them."""
     rng = np.random.default_rng(seed)
     beam = large_cantilever(modes=2, stations=5, elements=10) if seed == 0 else random_stations(seed, 5)
-    tip = beam.interface_name[1]
-    bodies = {"arm": beam, "plain": uniform_beam(modes=2), "more": random_stations(seed + 7, 3)}
-    system = mp.System(
-        bodies=bodies, gravity=np.array([1.0, 2, -9]),
-        joints=(
-            mp.Joint(name="hinge", type="revolute", parent="ground", child="arm", axis=[0.3, 1, 0.2]),
-            mp.Joint(name="ball", type="spherical", parent=f"arm.{tip}", child="plain"),
-            mp.Joint(name="second", type="revolute", parent=f"arm.{tip}", child="more", axis=[1, 0, 0]),
-        ),
-    )  # fmt: skip
+    system = station_tree(seed, beam)
     packed = pack(system)
     y = 0.3 * rng.standard_normal(packed.nx + packed.nu)
     udot, data = np.zeros(packed.nu), packed.data()

@@ -13,10 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.body.exponential import angle_functions
 from modalprep.body.stations.record import Stations
 from modalprep.vectors import cross, skew
-
-SMALL = 1e-2  # rad^2, below which the functions of the angle are series
 
 
 class Chain(NamedTuple):
@@ -75,32 +74,6 @@ def chain(stations: Stations, position: np.ndarray, phi: np.ndarray, psi: np.nda
     th_q = turned - turned_before
     rho_q = moved - before + skew(d) @ (turned_before + th_q / 2)
     return Chain(parent, d, rho_q, th_q)
-
-
-def angle_functions(s: float) -> tuple[float, float, float, float, float, float, float]:
-    """Return ``a = sin x / x``, b, c of ``s = x^2``, the first derivatives of b, c by s and the second ones.
-
-    Examples
-    --------
-    >>> [round(float(f), 6) for f in angle_functions(0.0)[:5]]
-    [1.0, 0.5, 0.166667, -0.041667, -0.008333]
-    """
-    if s < SMALL:
-        a = 1 - s / 6 * (1 - s / 20 * (1 - s / 42 * (1 - s / 72)))
-        b = 0.5 - s / 24 * (1 - s / 30 * (1 - s / 56 * (1 - s / 90)))
-        c = 1 / 6 - s / 120 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110)))
-        b1 = -1 / 24 + s / 360 - s**2 / 13440 + s**3 / 907200
-        c1 = -1 / 120 + s / 2520 - s**2 / 120960 + s**3 / 9979200
-        b2 = 1 / 360 - s / 6720 + s**2 / 302400
-        c2 = 1 / 2520 - s / 60480 + s**2 / 3326400
-        return a, b, c, b1, c1, b2, c2
-    x = np.sqrt(s)
-    a, b = np.sin(x) / x, (1 - np.cos(x)) / s
-    c = (1 - a) / s
-    b1, c1 = (a / 2 - b) / s, (b / 2 - 1.5 * c) / s
-    a1 = (1 - s * b - a) / (2 * s)
-    b2, c2 = (a1 / 2 - 2 * b1) / s, (b1 / 2 - 2.5 * c1) / s
-    return a, b, c, b1, c1, b2, c2
 
 
 def frames(chain: Chain, q: np.ndarray) -> Frames:
@@ -173,7 +146,7 @@ def _relative(chain: Chain, p: int, q: np.ndarray, qd: np.ndarray) -> tuple[np.n
     """Return rates of ``V rho`` and of the rotation of frame p in its parent's axes, and their rates without q''."""
     th, rho = chain.th_q[p] @ q, chain.d[p] + chain.rho_q[p] @ q
     v, s = chain.th_q[p] @ qd, chain.rho_q[p] @ qd
-    _, b, c, b1, c1, b2, c2 = angle_functions(float(th @ th))
+    _, b, c, b1, c1, b2, c2, _, _ = angle_functions(float(th @ th))
     x = 2 * float(th @ v)
     y = 2 * float(v @ v)
     bd, cd = b1 * x, c1 * x

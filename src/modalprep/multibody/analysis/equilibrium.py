@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.analysis.tangent import PLACE_STEP, SystemTangent, with_stations
+from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
@@ -176,18 +175,10 @@ class _State:
 
     def stiffness(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivative of the restoring forces (n, n) and its round-off, in the scales."""
-        if with_stations(self.evaluator.system):
-            return self._by_differences()
         exact = SystemTangent(self.chart, np.zeros(self.evaluator.nu), moving=self.steady)
         found = exact.equations(np.zeros((self.n, self.n)))
         scales = np.outer(self.scale, self.scale)
         return found.K * scales, found.errors.K * scales
-
-    def _by_differences(self) -> tuple[np.ndarray, np.ndarray]:
-        found, error = jacobian(lambda z: -self.force(z), np.full(self.n, PLACE_STEP))
-        if not np.all(np.isfinite(error)):
-            raise SimulationError("no static equilibrium: the forces do not exist near a state on the way to it")
-        return found, error
 
     def largest_force(self, g: np.ndarray) -> float:
         """Largest of the forces that balance each other, times their scales: those of deflected modes, and the rest."""

@@ -9,7 +9,7 @@ from modalprep.multibody.analysis.accelerations import Accelerations
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.equilibrium import LARGEST
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.analysis.tangent import SystemTangent, with_stations
+from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -151,12 +151,12 @@ class _Resting:
         return np.linalg.lstsq(slope / rows[:, None], -self.accelerations(y) / rows, rcond=NEUTRAL)[0]
 
     def _slope(self, y: np.ndarray) -> np.ndarray:
-        """Return the derivative of the accelerations (n, n), of a tree without stations exactly.
+        """Return the derivative of the accelerations (n, n), of a tree exactly.
 
         Joints of loops follow the modes.
         """
         evaluator, own = self.evaluator, self.places
-        if evaluator.loops is not None or with_stations(evaluator.system):
+        if evaluator.loops is not None:
             return jacobian(lambda z: self.accelerations(self.moved(y, z)), np.full(len(own), STEP))[0]
         chart, nu = Chart(evaluator, y), evaluator.nu
         evaluator.load(chart.y)

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eig
 
-from modalprep.body.stations.record import refuse_stations
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.closure_tangent import Conditions, conditions, exerted
 from modalprep.multibody.analysis.differences import jacobian
@@ -26,7 +25,6 @@ from modalprep.multibody.elements import registry
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
 from modalprep.multibody.kernels.rounding import EPS, ROUND_OFF
-from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.loads import called_forces
 
@@ -165,12 +163,6 @@ class GivenAccelerations:
         return R.T @ self.evaluator.required(state, self.all(state, R, own), push=push)
 
 
-def _refuse(system: System) -> None:
-    """Refuse bodies of stations."""
-    for name, body in system.bodies.items():
-        refuse_stations(f"an exact derivative of the equations of motion (body {name!r})", body.stations)
-
-
 @cache
 def nothing(shape: tuple[int, ...]) -> np.ndarray:
     """Return zeros that cannot be written.
@@ -181,21 +173,6 @@ def nothing(shape: tuple[int, ...]) -> np.ndarray:
     array([[0., 0.]])
     """
     return np.broadcast_to(0.0, shape)
-
-
-def with_stations(system: System) -> bool:
-    """Whether a body of the system has stations, whose derivatives are found by differences.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.model.system import System
-    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
-    >>> with_stations(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,)))
-    False
-    """
-    return any(body.stations is not None for body in system.bodies.values())
 
 
 class SystemTangent:
@@ -212,11 +189,6 @@ class SystemTangent:
     more : (nu,) or 0
         Forces that the loops exert beside those that the accelerations need, as of an implicit step.
 
-    Raises
-    ------
-    InputError
-        When a body has stations.
-
     Attributes
     ----------
     tree : TreeTangent
@@ -229,8 +201,6 @@ class SystemTangent:
 
     def __init__(self, chart: Chart, udot: np.ndarray, *, moving: bool = True, more: np.ndarray | float = 0.0) -> None:
         self.chart, evaluator = chart, chart.evaluator
-        if evaluator.packed.with_stations:
-            _refuse(evaluator.system)
         loading = evaluator.loading
         required = self._required(udot, moving)
         self.motion = loading.motion.copy()

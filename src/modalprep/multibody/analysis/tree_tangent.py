@@ -209,7 +209,7 @@ class TreeTangent:
         """Add a wrench (6,), axes R, that turns with a link at its origin."""
         row = self.work.frames[link]
         row["wrench"] += on_both(R) @ wrench
-        row["size"] += np.abs(on_both(R)) @ np.abs(wrench)
+        row["sizes"] += np.abs(on_both(R)) @ np.abs(wrench)
 
     @cached_property
     def scene(self) -> Scene:

@@ -12,7 +12,6 @@ from weakref import finalize
 import numpy as np
 
 from modalprep.compiler.by_address import Pattern
-from modalprep.errors import InputError
 from modalprep.multibody.kernels.data import Data, ModalData, Model, new_data
 from modalprep.multibody.kernels.tangents.data import Modes, Sweep, new_sweep
 from modalprep.multibody.model.joint import Joint
@@ -172,18 +171,7 @@ class Packed:
         return Pattern(new), Pattern(new.modal), parts
 
     def sweep(self, more: int = 0) -> Sweep:
-        """Return new work of the derivatives of the inverse dynamics; `more` as `new_sweep` has it.
-
-        Raises
-        ------
-        InputError
-            When a body has stations, whose derivatives are not known.
-        """
-        if self.with_stations:
-            raise InputError(
-                "exact derivatives of the equations of motion do not know bodies of stations (large_deflection) yet; "
-                "build them with large_deflection = false"
-            )
+        """Return new work of the derivatives of the inverse dynamics; `more` as `new_sweep` has it."""
         if more:
             return new_sweep(self.model, more)
         sweep, modes, parts = self._sweep
@@ -197,7 +185,7 @@ class Packed:
         new = new_sweep(self.model)
         if new.modes is None:
             return Pattern(new), None, {}
-        parts = {name: Pattern(getattr(new.modes, name)) for name in ("bends", "turns", "bodies")}
+        parts = {name: Pattern(getattr(new.modes, name)) for name in ("bends", "turns", "bodies", "stations")}
         return Pattern(new), Pattern(new.modes), parts
 
     def work_of(self, owner: object) -> tuple[Data, Sweep]:

@@ -48,7 +48,7 @@ def _fill(found: Parts, k: int, at: StationBody, interface: int, Q: np.ndarray) 
     rows["parent"], rows["d"] = at.chain.parent[:parts], at.chain.d[:parts] @ Q
     rows["mass"], rows["by_mass"] = at.stations.m, at.by_mass
     rows["J"] = (Q.T @ at.stations.J @ Q)[:, UPPER[0], UPPER[1]]
-    rows["by_turn"] = (at.by_turn @ Q).reshape(parts, 9)
+    rows["by_turn"].reshape(parts, 3, 4)[:, :, 1:] = (at.by_turn @ Q).swapaxes(1, 2)
     found.moved[some, :, :n] = moved[:parts]
     found.H_rest[k, :9, :n] = np.einsum("abn,ac,bd->cdn", at.H_rest, Q, Q).reshape(9, n)
     leaves = found.leaves[nodes]

@@ -66,6 +66,18 @@ def antisymmetric(A):
 
 
 @compile_inline
+def transposed(A):
+    """Return ``A^T``."""
+    return A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]
+
+
+@compile_inline
+def spin_matrix(w):
+    """Return ``w~``."""
+    return 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0
+
+
+@compile_inline
 def first_moment(H):
     """Return the first moment s of ``H = -s~``, the coupling in a body's inertia."""
     return H[5], H[6], H[1]

@@ -141,6 +141,21 @@ def dots6(x, f, n):
 
 
 @compile_inline
+def twice_dots6(x, f, g, n):
+    """Products of f (n,) and of g (n,) with six rows, as two tuples of numbers."""
+    first = zero6()
+    second = zero6()
+    for b in range(0, n, WIDTH):
+        row = rows6(x, 0, b)
+        first = axpy6(first, get_lanes(f, b), row)
+        second = axpy6(second, get_lanes(g, b), row)
+    a = numbers(sum_lanes(first[0], first[1], first[2], first[3]))
+    c = numbers(sum_lanes(first[4], first[5], second[4], second[5]))
+    d = numbers(sum_lanes(second[0], second[1], second[2], second[3]))
+    return (a[0], a[1], a[2], a[3], c[0], c[1]), (d[0], d[1], d[2], d[3], c[2], c[3])
+
+
+@compile_inline
 def dots9(x, f, n):
     """Products of f (n,) with nine rows, of twelve that are there, as a tuple of numbers."""
     u = numbers(dots4(x, 0, f, n))

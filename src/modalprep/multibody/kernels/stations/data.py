@@ -15,7 +15,7 @@ PART = np.dtype(
         ("mass", np.float64),  # kg
         ("J", np.float64, 6),  # kg m^2, about the centre: xx, xy, xz, yy, yz, zz
         ("by_mass", np.float64, 4),  # int rho X_r
-        ("by_turn", np.float64, 9),  # int rho (x - c) X_r of the three linear functions, r first
+        ("by_turn", np.float64, 12),  # int rho (x - c) X_r, r last: zero for the first of the four
     ]
 )
 LEAF = np.dtype([("parent", np.int64), ("d", np.float64, 3)])  # an interface on a part
@@ -28,6 +28,11 @@ FRAME = np.dtype(
         ("w", np.float64, 3),
         ("a", np.float64, 3),  # acceleration without q'' and without the link's motion
         ("alpha", np.float64, 3),
+        # of a part
+        ("inertia", np.float64, 6),  # moments of inertia
+        ("arms", np.float64, 12),  # `by_turn`, turned
+        ("force", np.float64, 3),  # of its own acceleration
+        ("torque", np.float64, 3),
     ]
 )
 
@@ -52,7 +57,7 @@ class PartsData(NamedTuple):
 
     frames: np.ndarray  # (rows + 1,) FRAME
     J: np.ndarray  # (rows + 1, 6, N) velocity (3), angular velocity (3) per modal rate
-    force: np.ndarray  # (6, N) of a unit modal acceleration on one part
+    force: np.ndarray  # (rows + 1, 6, N) of a unit modal acceleration on each part
     p: np.ndarray  # (12,) what the parts move in the affine functions of their body
     pd: np.ndarray  # (12,)
     pdd: np.ndarray  # (12,)
@@ -104,4 +109,4 @@ def parts_data(rows: int, N: int) -> PartsData:
     six, twelve = np.zeros((6, N)), np.zeros((12, N))
     line = np.zeros(12)
     frames = np.zeros(rows + 1, FRAME).view(np.recarray)
-    return PartsData(frames, none, six, line, line.copy(), line.copy(), twelve, six.copy(), np.zeros(N))
+    return PartsData(frames, none, none.copy(), line, line.copy(), line.copy(), twelve, six, np.zeros(N))

@@ -8,7 +8,7 @@ those functions, p_s, all is the Gram matrix of ``parts + X_r p'_r`` and the res
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.compiler.lanes import WIDTH, four, get_lanes, put_lanes
+from modalprep.compiler.lanes import WIDTH, four, get_lanes, numbers, put_lanes, transposed_lanes
 from modalprep.multibody.kernels.algebra.matrices import (
     antisymmetric,
     plus_product,
@@ -17,15 +17,14 @@ from modalprep.multibody.kernels.algebra.matrices import (
     symmetric_product,
     symmetric_times,
     times,
+    transposed,
 )
 from modalprep.multibody.kernels.algebra.rows import (
     dots9,
-    mode6,
     put_rows3,
     put_rows6,
     row_vectors,
     rows3,
-    rows6,
     rows9,
     vectors,
 )
@@ -38,7 +37,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     axpy3,
     cross,
     dot3,
-    dot6,
     get3,
     get6,
     get9,
@@ -49,12 +47,6 @@ from modalprep.multibody.kernels.algebra.tuples import (
     scaled3,
     take3,
 )
-
-
-@compile_inline
-def transposed(A):
-    """Return ``A^T``."""
-    return A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]
 
 
 @compile_kernel
@@ -136,8 +128,9 @@ def _sum_parts(model, data, i, w):
     k = model.links[i].kind
     n = model.links[i].modes
     start = model.links[i].stations
-    M_ff = modal.M_ff[model.links[i].slot]
-    _clear(work, M_ff, n)
+    z = four(0.0)
+    none = (z, z, z)
+    place, rate, acceleration = none, none, none
     first, force, torque, J = ZERO3, ZERO3, ZERO3, ZERO6
     second = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for p in range(parts.number[k]):
@@ -147,28 +140,23 @@ def _sum_parts(model, data, i, w):
         r = get3(at.r)
         inertia = symmetric_product(product(R, square(get6(own.J))), R)
         f, t = _bias_of_part(own.mass, inertia, at, w)
+        put6(at.inertia, inertia)
+        put3(at.force, f)
+        put3(at.torque, t)
         first = axpy3(first, own.mass, r)
         second = plus_product(second, scaled3(own.mass, r), r)
         J = add6(J, inertia)
         force = add3(force, f)
         torque = add3(torque, add3(t, cross(r, f)))
-        arms = _affine_of_part(work, own, at, R)
-        _columns(work, work.J[start + p], own.mass, own.by_mass, inertia, arms, r, f, t, n)
-        _add_mass(M_ff, work.force, work.J[start + p], n)
+        x, xd, xdd = _affine_of_part(own, at, R)
+        place, rate, acceleration = add3(place, x), add3(rate, xd), add3(acceleration, xdd)
+    _put_four(work.p, place)
+    _put_four(work.pd, rate)
+    _put_four(work.pdd, acceleration)
+    for b in range(0, n, WIDTH):
+        _columns(work, parts.parts, parts.first[k], start, parts.number[k], modal.integrals.root_mass[k], b)
+    _add_mass(modal.M_ff[model.links[i].slot], work.force, work.J, start, parts.number[k], n)
     return first, second, J, force, torque
-
-
-@compile_inline
-def _clear(work, M_ff, n):
-    work.p[:] = 0.0
-    work.pd[:] = 0.0
-    work.pdd[:] = 0.0
-    work.dp[:] = 0.0
-    work.S[:] = 0.0
-    work.b[:] = 0.0
-    for a in range(n):
-        for b in range(a & -WIDTH, n, WIDTH):
-            put_lanes(M_ff[a], b, four(0.0))
 
 
 @compile_inline
@@ -182,63 +170,82 @@ def _bias_of_part(m, inertia, at, w):
 
 
 @compile_inline
-def _affine_of_part(work, own, at, R):
-    """Add what a part moves in the affine functions, its rate and acceleration; returns its three turned arms."""
+def _affine_of_part(own, at, R):
+    """Return what a part moves in the affine functions, their rates and accelerations: four in one. Writes its arms."""
     r, v, a = get3(at.r), get3(at.v), get3(at.a)
     spin, alpha = get3(at.w), get3(at.alpha)
-    e0 = times(R, take3(own.by_turn, 0))
-    e1 = times(R, take3(own.by_turn, 3))
-    e2 = times(R, take3(own.by_turn, 6))
-    for c in range(4):
-        _add_vector(work.p, 3 * c, own.by_mass[c], r)
-        _add_vector(work.pd, 3 * c, own.by_mass[c], v)
-        _add_vector(work.pdd, 3 * c, own.by_mass[c], a)
-    _add_turned(work, 3, e0, spin, alpha)
-    _add_turned(work, 6, e1, spin, alpha)
-    _add_turned(work, 9, e2, spin, alpha)
-    return e0, e1, e2
-
-
-@compile_inline
-def _add_turned(work, c, e, spin, alpha):
+    mass = get_lanes(own.by_mass, 0)
+    e = times(R, (get_lanes(own.by_turn, 0), get_lanes(own.by_turn, 4), get_lanes(own.by_turn, 8)))
+    for c in range(3):
+        put_lanes(at.arms, 4 * c, e[c])
     rate = cross(spin, e)
-    _add_vector(work.p, c, 1.0, e)
-    _add_vector(work.pd, c, 1.0, rate)
-    _add_vector(work.pdd, c, 1.0, add3(cross(alpha, e), cross(spin, rate)))
+    bulge = add3(cross(alpha, e), cross(spin, rate))
+    return (
+        add3(e, (r[0] * mass, r[1] * mass, r[2] * mass)),
+        add3(rate, (v[0] * mass, v[1] * mass, v[2] * mass)),
+        add3(bulge, (a[0] * mass, a[1] * mass, a[2] * mass)),
+    )
 
 
 @compile_inline
-def _add_vector(x, c, f, v):
-    x[c] += f * v[0]
-    x[c + 1] += f * v[1]
-    x[c + 2] += f * v[2]
+def _put_four(out, x):
+    """Write the components of four vectors, four in one, as four vectors."""
+    z = four(0.0)
+    rows = transposed_lanes(x[0], x[1], x[2], z)
+    for r in range(4):
+        v = numbers(rows[r])
+        out[3 * r], out[3 * r + 1], out[3 * r + 2] = v[0], v[1], v[2]
 
 
 @compile_inline
-def _columns(work, J, m, by_mass, inertia, arms, r, f, t, n):
-    """Add the momenta, modal forces and affine coordinates of a part per modal rate; `force` is of this part alone."""
-    for b in range(0, n, WIDTH):
+def _columns(work, parts, first, start, number, root, b):
+    """Write the momenta, modal forces and affine coordinates of all parts by four modes, and the momenta of each."""
+    z = four(0.0)
+    none = (z, z, z)
+    linear, angular, p1, p2, p3, modal = none, none, none, none, none, z
+    for p in range(number):
+        own, at, J = parts[first + p], work.frames[start + p], work.J[start + p]
+        by_mass, arms = own.by_mass, at.arms
         v = rows3(J, 0, b)
         w = rows3(J, 3, b)
-        push = scaled3(m, v)
-        turn = symmetric_times(inertia, w)
-        put_rows6(work.force, 0, b, (push[0], push[1], push[2], turn[0], turn[1], turn[2]))
-        put_rows3(work.S, 0, b, add3(rows3(work.S, 0, b), push))
-        put_rows3(work.S, 3, b, add3(rows3(work.S, 3, b), add3(turn, cross(r, push))))
-        put_lanes(work.b, b, get_lanes(work.b, b) + (dot3(f, v) + dot3(t, w)))
-        put_rows3(work.dp, 0, b, axpy3(rows3(work.dp, 0, b), by_mass[0], v))
-        put_rows3(work.dp, 3, b, add3(axpy3(rows3(work.dp, 3, b), by_mass[1], v), cross(w, arms[0])))
-        put_rows3(work.dp, 6, b, add3(axpy3(rows3(work.dp, 6, b), by_mass[2], v), cross(w, arms[1])))
-        put_rows3(work.dp, 9, b, add3(axpy3(rows3(work.dp, 9, b), by_mass[3], v), cross(w, arms[2])))
+        push = scaled3(own.mass, v)
+        turn = symmetric_times(get6(at.inertia), w)
+        put_rows6(work.force[start + p], 0, b, (push[0], push[1], push[2], turn[0], turn[1], turn[2]))
+        linear = add3(linear, push)
+        angular = add3(angular, add3(turn, cross(get3(at.r), push)))
+        modal = modal + (dot3(get3(at.force), v) + dot3(get3(at.torque), w))
+        p1 = add3(axpy3(p1, by_mass[1], v), cross(w, (arms[1], arms[5], arms[9])))
+        p2 = add3(axpy3(p2, by_mass[2], v), cross(w, (arms[2], arms[6], arms[10])))
+        p3 = add3(axpy3(p3, by_mass[3], v), cross(w, (arms[3], arms[7], arms[11])))
+    put_rows3(work.S, 0, b, linear)
+    put_rows3(work.S, 3, b, angular)
+    put_rows3(work.dp, 0, b, scaled3(1.0 / root, linear))
+    put_rows3(work.dp, 3, b, p1)
+    put_rows3(work.dp, 6, b, p2)
+    put_rows3(work.dp, 9, b, p3)
+    put_lanes(work.b, b, modal)
 
 
 @compile_inline
-def _add_mass(M_ff, force, J, n):
-    """Add the upper half of ``J^T A J`` of a part."""
-    for a in range(n):
-        own = mode6(force, a)
-        for b in range(a & -WIDTH, n, WIDTH):
-            put_lanes(M_ff[a], b, get_lanes(M_ff[a], b) + dot6(own, rows6(J, 0, b)))
+def _add_mass(M_ff, force, J, start, number, n):
+    """Write the upper half of ``J^T A J`` of all parts, four rows of four numbers at a time."""
+    for a in range(0, n, WIDTH):
+        for b in range(a, n, WIDTH):
+            z = four(0.0)
+            rows = (z, z, z, z)
+            turned = (z, z, z, z)
+            for p in range(start, start + number):
+                for c in range(3):
+                    rows = _add_outer(rows, force[p, c], a, get_lanes(J[p, c], b))
+                    turned = _add_outer(turned, force[p, 3 + c], a, get_lanes(J[p, 3 + c], b))
+            for c in range(WIDTH):
+                put_lanes(M_ff[a + c], b, rows[c] + turned[c])
+
+
+@compile_inline
+def _add_outer(rows, f, a, x):
+    """Return four rows with four numbers times four others added."""
+    return rows[0] + f[a] * x, rows[1] + f[a + 1] * x, rows[2] + f[a + 2] * x, rows[3] + f[a + 3] * x
 
 
 @compile_inline

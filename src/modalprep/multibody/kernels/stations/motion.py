@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from modalprep.body import exponential
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.algebra.matrices import UNIT9, product, times
-from modalprep.multibody.kernels.algebra.rows import dots6, put_rows6, rows3
+from modalprep.multibody.kernels.algebra.rows import put_rows6, rows3, twice_dots6
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
@@ -22,29 +21,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     scaled3,
 )
 
-SMALL = 1e-2  # rad^2
-
-
-@compile_inline
-def angle_functions(s):
-    """Return a, b, c of ``s = x^2``, the first derivatives of b, c by s and the second ones, see body/stations."""
-    if s < SMALL:
-        a = 1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0)))
-        b = 0.5 - s / 24.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0)))
-        c = 1.0 / 6.0 - s / 120.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0)))
-        b1 = -1.0 / 24.0 + s / 360.0 - s * s / 13440.0 + s * s * s / 907200.0
-        c1 = -1.0 / 120.0 + s / 2520.0 - s * s / 120960.0 + s * s * s / 9979200.0
-        b2 = 1.0 / 360.0 - s / 6720.0 + s * s / 302400.0
-        c2 = 1.0 / 2520.0 - s / 60480.0 + s * s / 3326400.0
-        return a, b, c, b1, c1, b2, c2
-    x = np.sqrt(s)
-    a = np.sin(x) / x
-    b = (1.0 - np.cos(x)) / s
-    c = (1.0 - a) / s
-    b1 = (0.5 * a - b) / s
-    c1 = (0.5 * b - 1.5 * c) / s
-    a1 = (1.0 - s * b - a) / (2.0 * s)
-    return a, b, c, b1, c1, (0.5 * a1 - 2.0 * b1) / s, (0.5 * b1 - 2.5 * c1) / s
+angle_functions = compile_inline(exponential.angle_functions)
 
 
 @compile_inline
@@ -91,13 +68,12 @@ def move_frame(frames, J, a, p, d, moved, q, qd, n):
 
     ``d (3,)`` and ``moved (6, N)`` are constants of the frame, see `data.Parts`.
     """
-    x = dots6(moved, q, n)
-    y = dots6(moved, qd, n)
+    x, y = twice_dots6(moved, q, qd, n)
     rho = add3(get3(d), (x[0], x[1], x[2]))
     t = (x[3], x[4], x[5])
     s = (y[0], y[1], y[2])
     v = (y[3], y[4], y[5])
-    fa, b, c, b1, c1, b2, c2 = angle_functions(dot3(t, t))
+    fa, b, c, b1, c1, b2, c2, _, _ = angle_functions(dot3(t, t))
     u = cross(t, rho)
     w = cross(t, u)
     V = turn_matrix(b, c, t)

@@ -73,6 +73,12 @@ def straight(bends, k, B, count, q, qd, qdd, n):
 def bent(bends, k, B, strain, count, q, qd, qdd, n):
     """Write a displacement (count,) of second order and its derivatives, after `second_order`."""
     _strain_rows(bends, k, strain, count, n)
+    bent_by(bends, k, B, count, q, qd, qdd, n)
+
+
+@compile_inline
+def bent_by(bends, k, B, count, q, qd, qdd, n):
+    """Do as `bent`, the derivatives of the strain written."""
     tau_q, growth = bends.rows[k, 0], bends.rows[k, 1]
     tau, speed, pull = along_rates(tau_q, q, qd, qdd, n)
     tau *= 0.5

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.compiler.lanes import WIDTH, four, get_lanes, put_lanes
-from modalprep.multibody.kernels.algebra.matrices import antisymmetric, product, times
+from modalprep.multibody.kernels.algebra.matrices import antisymmetric, product, spin_matrix, times, transposed
 from modalprep.multibody.kernels.algebra.rows import (
     combined9,
     dots9,
@@ -38,12 +38,7 @@ from modalprep.multibody.kernels.tangents.bends import (
     second_order,
     straight,
 )
-
-
-@compile_inline
-def spin_matrix(w):
-    """Return ``w~``."""
-    return 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0
+from modalprep.multibody.kernels.tangents.station_forces import station_forces
 
 
 @compile_kernel
@@ -58,7 +53,10 @@ def flexible_slopes(modal, model, work, i, a, S, w):
     k = model.links[i].kind
     _clear(own, s, n)
     _rest(modal, model, own, i, S, spin_matrix(w), w)
-    _affine(modal, model, work, i, a, S, w)
+    if model.links[i].stations >= 0:
+        station_forces(modal, model, work, i, a, S, w)
+    else:
+        _affine(modal, model, work, i, a, S, w)
     for m in range(n):
         K, D = model.modal.K[k, m], model.modal.D[k, m]
         own.force[s, 6 + m] += K * modal.q[s, m] + D * modal.qd[s, m]
@@ -166,12 +164,6 @@ def _on_modes(own, bends, end, s, m, n):
 
 
 @compile_inline
-def _transposed(A):
-    """Return the transpose of a matrix by rows."""
-    return A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]
-
-
-@compile_inline
 def _rest(modal, model, own, i, S, W, w):
     """Write what the rest of the motion, ``phi' eta(q)``, does; a body with T by eta first, then by q."""
     s = model.links[i].slot
@@ -184,6 +176,8 @@ def _rest(modal, model, own, i, S, W, w):
         for b in range(0, n, WIDTH):
             _put_rows9(own.P_eta[order], b, combined9(P, own.eta[order], n, b))
     X = dots9(own.P_eta[0], own.eta[0], n)
+    if model.links[i].stations >= 0:
+        X = add9(X, _add_strains(own, model.modal.parts.H_rest[model.links[i].kind], modal.q[s], n))
     Xd = dots9(own.P_eta[0], own.eta[1], n)
     Xdd = dots9(own.P_eta[0], own.eta[2], n)
     torque = add3(antisymmetric(add9(product(S, X), Xdd)), scaled3(2.0, antisymmetric(product(W, Xd))))
@@ -193,11 +187,23 @@ def _rest(modal, model, own, i, S, W, w):
     for axis in range(3):
         put_angular(own.by_spin[axis], _rest_spin_torque(X, Xd, w, axis))
     _rest_modal_spin(own, w, n)
-    _rest_by_eta(own, P, _transposed(S), _transposed(W), n)
+    _rest_by_eta(own, P, transposed(S), transposed(W), n)
     if grows:
         _by_q(model, own, M, i, s, n)
     else:
         _by_eta_is_by_q(own, s, n)
+
+
+@compile_inline
+def _add_strains(own, H, q, n):
+    """Add the mean strains of the parts, which the rest of the modes feels: of the place ``x0 + phi' q``.
+
+    Returns what is missing of ``int x x``, its two products with x0.
+    """
+    for b in range(0, n, WIDTH):
+        _put_rows9(own.P_eta[0], b, add9(rows9(own.P_eta[0], b), rows9(H, b)))
+    moved = dots9(H, q, n)
+    return add9(moved, transposed(moved))
 
 
 @compile_inline
@@ -238,8 +244,8 @@ def _rest_rows(own, M, S, W, b, n):
     Pd = rows9(own.P_eta[1], b)
     Pdd = rows9(own.P_eta[2], b)
     WP = product(W, P)
-    by_eta = product(S, add9(P, _transposed(P)))
-    by_eta = add9(axpy9(by_eta, 2.0, product(W, _transposed(Pd))), _transposed(Pdd))
+    by_eta = product(S, add9(P, transposed(P)))
+    by_eta = add9(axpy9(by_eta, 2.0, product(W, transposed(Pd))), transposed(Pdd))
     put_rows3(own.rest, 0, b, antisymmetric(by_eta))
     put_rows3(own.rest, 3, b, scaled3(2.0, antisymmetric(WP)))
     put_rows3(own.rest, 6, b, antisymmetric(P))

@@ -14,6 +14,7 @@ import numpy as np
 from modalprep.compiler.by_address import by_address
 from modalprep.compiler.lanes import WIDTH
 from modalprep.multibody.kernels.data import Model
+from modalprep.multibody.kernels.tangents.station_data import StationWork, new_stations
 
 FRAME = np.dtype(
     [
@@ -28,7 +29,7 @@ FRAME = np.dtype(
         ("inertia", np.float64, 6),
         ("gyro", np.float64, 18),  # derivative of force and torque by the spin, (3, 3) by rows each
         ("wrench", np.float64, 6),  # that the accelerations need
-        ("size", np.float64, 6),  # sum of the absolute values that make it
+        ("sizes", np.float64, 6),  # sum of the absolute values that make it
     ]
 )
 COLUMN = 24  # J, V, b by coordinates, b by speeds: six numbers each
@@ -59,7 +60,7 @@ class Turns(NamedTuple):
     """Rotations of interfaces (tangents/turns.py) and their motion relative to the body, axes of the link."""
 
     v: np.ndarray  # (ends, 3) rotation vector
-    factors: np.ndarray  # (ends, 9) a, b, c with two derivatives each
+    factors: np.ndarray  # (ends, 12) of the spin (tangents/spins.py)
     v_q: np.ndarray  # (ends, 3, N)
     spin_q: np.ndarray  # (ends, 3, N)
     w_q: np.ndarray
@@ -98,6 +99,7 @@ class Modes(NamedTuple):
     bends: Bends
     turns: Turns
     bodies: BodyWork
+    stations: StationWork
     own: np.ndarray  # (21, N) rows of the modes of a parent at a joint
     columns: np.ndarray  # (N, 24) their columns, mode by mode
 
@@ -182,7 +184,7 @@ def _modes(model: Model, more: int) -> Modes:
     bends = {name: (ends, 12, N) for name in ("Dq", "Dqd", "Dqdd", "dp", "rate_q", "acceleration_q")}
     bends |= {"rows": (ends, 3, N), **dict.fromkeys(("p", "rate", "acceleration", "along", "bow"), (ends, 12))}
     turns = {name: (ends, 3, N) for name in ("v_q", "spin_q", "w_q", "wd_q", "wd_qd")}
-    turns |= {"v": (ends, 3), "factors": (ends, 9), "twist": (ends, 6), "rate": (ends, 6)}
+    turns |= {"v": (ends, 3), "factors": (ends, 12), "twist": (ends, 6), "rate": (ends, 6)}
     bodies = {
         "force": (slots, 6 + N),
         "size": (slots, N),
@@ -204,9 +206,17 @@ def _modes(model: Model, more: int) -> Modes:
         Bends(**_zeros(bends | {"factors": (ends, 3)})),
         Turns(**_zeros(turns | {"columns": (ends, COLUMN, N)})),
         BodyWork(**_zeros(bodies)),
+        new_stations(*_station_rows(model, ends), N),
         np.zeros((ROW, N)),
         np.zeros((N, COLUMN)),
     )
+
+
+def _station_rows(model: Model, ends: int) -> tuple[int, int]:
+    """Return how many parts the bodies with stations have in all, and the ends of `Bends` if there are any."""
+    assert model.modal is not None
+    parts = int(model.modal.parts.number[model.links["kind"][model.links["stations"] >= 0]].sum())
+    return parts, ends if parts else 0
 
 
 def _zeros(shapes: dict[str, tuple[int, ...]]) -> dict[str, np.ndarray]:

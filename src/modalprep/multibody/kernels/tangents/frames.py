@@ -46,7 +46,7 @@ def end_frame(model, data, work, link, node, motion, columns):
     k = len(work.modes.bends.p) - 2
     base = get9(data.links[link].orientation)
     align = get9(model.links[link].align)
-    moved, turn = turn_interface(data.modal, model, work.modes.bends, work.modes.turns, link, node, k)
+    moved, turn = turn_interface(data.modal, model, work.modes, link, node, k)
     r = add3(free_position(model, link, node), moved)
     R = product_transposed(product(base, turn), align)
     V, a = mode_columns(model, data, work, link, k, r, ZERO3)
@@ -63,9 +63,8 @@ def end_curvature(model, data, work, link, node, wrench, out):
     It turns with the interface, and is given in the axes of the link.
     """
     k = len(work.modes.bends.p) - 2
-    bends, turns = work.modes.bends, work.modes.turns
-    turn_interface(data.modal, model, bends, turns, link, node, k)
-    add_turn_curvature(model, bends, turns, link, node, k, get3(wrench), get_angular(wrench), out)
+    turn_interface(data.modal, model, work.modes, link, node, k)
+    add_turn_curvature(model, work.modes, link, node, k, get3(wrench), get_angular(wrench), out)
 
 
 @compile_kernel

@@ -80,7 +80,7 @@ def _joint(model, work, i, K, D, M, force, size):
         column = columns[first + s]
         J = take6(column, 0)
         force[link.u + s] = dot6(J, get6(frame.wrench))
-        size[link.u + s] = _absolute(J, get6(frame.size))
+        size[link.u + s] = _absolute(J, get6(frame.sizes))
         _put_row(rows, first + s, frame, column)
     for s in range(count):
         J = take6(columns[first + s], 0)
@@ -264,11 +264,11 @@ def _to_parent(modes, model, data, work, i, K, D, M):
     f, t = get3(frame.wrench), get_angular(frame.wrench)
     put3(parent.wrench, add3(get3(parent.wrench), f))
     put_angular(parent.wrench, add3(get_angular(parent.wrench), add3(t, cross(arm, f))))
-    f, t = get3(frame.size), get_angular(frame.size)
+    f, t = get3(frame.sizes), get_angular(frame.sizes)
     x, y, z = abs(arm[0]), abs(arm[1]), abs(arm[2])
-    put3(parent.size, add3(get3(parent.size), f))
+    put3(parent.sizes, add3(get3(parent.sizes), f))
     t = add3(t, (y * f[2] + z * f[1], z * f[0] + x * f[2], x * f[1] + y * f[0]))
-    put_angular(parent.size, add3(get_angular(parent.size), t))
+    put_angular(parent.sizes, add3(get_angular(parent.sizes), t))
 
 
 @compile_inline
@@ -341,8 +341,7 @@ def _parent_modes(model, data, work, i, arm, K, D, M):
     _add_modal_forces(model, work, i)
     out = work.modes.bodies.by_q[model.links[p].slot, 6:]
     f_own, t_own = transposed_times(base, f), transposed_times(base, t)
-    bends, turns = work.modes.bends, work.modes.turns
-    add_turn_curvature(model, bends, turns, p, link.interface, link.phi, f_own, t_own, out)
+    add_turn_curvature(model, work.modes, p, link.interface, link.phi, f_own, t_own, out)
     _add_mode_rows(work, p, n, columns, arm, to_end, rest, f, t)
 
 
@@ -354,7 +353,7 @@ def _add_modal_forces(model, work, i):
     for a in range(model.links[link.parent].modes):
         J = take6(work.modes.columns[a], 0)
         work.modes.bodies.force[s, 6 + a] += dot6(J, get6(frame.wrench))
-        work.modes.bodies.size[s, a] += _absolute(J, get6(frame.size))
+        work.modes.bodies.size[s, a] += _absolute(J, get6(frame.sizes))
 
 
 @compile_inline

@@ -13,6 +13,7 @@ from modalprep.compiler.lanes import WIDTH, get_lanes
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     product_transposed,
+    spin_matrix,
     square,
     symmetric_times,
     times,
@@ -39,7 +40,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.interfaces import free_position, place_link
 from modalprep.multibody.kernels.joints import joint_direction
-from modalprep.multibody.kernels.tangents.bodies import flexible_slopes, spin_matrix
+from modalprep.multibody.kernels.tangents.bodies import flexible_slopes
 from modalprep.multibody.kernels.tangents.turns import relative_slopes, turn_interface
 
 
@@ -140,7 +141,7 @@ def _interface(model, data, work, i, arm):
 def end_motion(model, data, work, link, node, k):
     """Write the motion of an interface of a flexible body to place k of the work; returns its position."""
     modes = work.modes
-    moved, _ = turn_interface(data.modal, model, modes.bends, modes.turns, link, node, k)
+    moved, _ = turn_interface(data.modal, model, modes, link, node, k)
     return add3(free_position(model, link, node), moved)
 
 
@@ -221,7 +222,7 @@ def _put_wrench(frame, f, t):
     """Write a wrench and its size."""
     put3(frame.wrench, f)
     put_angular(frame.wrench, t)
-    put6(frame.size, (abs(f[0]), abs(f[1]), abs(f[2]), abs(t[0]), abs(t[1]), abs(t[2])))
+    put6(frame.sizes, (abs(f[0]), abs(f[1]), abs(f[2]), abs(t[0]), abs(t[1]), abs(t[2])))
 
 
 @compile_inline

@@ -268,4 +268,4 @@ def pull_modes(model, data, work, pulled, p, node, k, arm, wrench, own):
         put_lanes(out[1], b, get_lanes(out[1], b) + x)
         put_lanes(out[2], b, get_lanes(out[2], b) + y)
     f, t = transposed_times(base, f), transposed_times(base, t)
-    add_turn_curvature(model, bends, turns, p, node, k, f, t, work.modes.bodies.by_q[s, 6:])
+    add_turn_curvature(model, work.modes, p, node, k, f, t, work.modes.bodies.by_q[s, 6:])

@@ -1,30 +1,25 @@
 """The motion of an interface relative to its body, and its derivatives by the modal coordinates in closed form.
 
-The rotation is the Cayley map of ``(1 + v.v / 12) v`` with ``v = psi q - q Kg_T q / 2``. Its angular velocity by v',
-
-    W(v) z = a z + b (v.z) v + c v x z
-
-has factors that depend on ``v.v`` alone: with ``k = 1 + v.v / 12`` and ``s = 4 / (4 + k^2 v.v)`` they are ``s k``,
-``s / 6`` and ``s k^2 / 2``.
+The rotation is the Cayley map of ``(1 + v.v / 12) v`` with ``v = psi q - q Kg_T q / 2``. Its angular velocity by v'
+is ``W(v) v'`` of spins.py, with the factors ``s k``, ``s / 6`` and ``s k^2 / 2``, where ``k = 1 + v.v / 12`` and
+``s = 4 / (4 + k^2 v.v)``. An interface of a body with stations moves on with its part (station_ends.py).
 """
 
 from __future__ import annotations
 
 from modalprep.compiler.jit import compile_inline, compile_kernel
-from modalprep.compiler.lanes import WIDTH, get_lanes, put_lanes
+from modalprep.compiler.lanes import WIDTH, four, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.rotations import cayley, half_tangent
 from modalprep.multibody.kernels.algebra.rows import put_rows3, rows3
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     axpy3,
-    combined,
     cross,
     dot3,
     get3,
     get_angular,
     put3,
     put_angular,
-    scaled3,
     sub3,
 )
 from modalprep.multibody.kernels.data import UNIT
@@ -35,26 +30,60 @@ from modalprep.multibody.kernels.tangents.bends import (
     second_order,
     straight,
 )
+from modalprep.multibody.kernels.tangents.spins import (
+    A,
+    B,
+    C,
+    back_slope,
+    spin,
+    spin_curve,
+    spin_slope,
+    spin_transposed,
+)
+from modalprep.multibody.kernels.tangents.station_ends import (
+    add_end_curvature,
+    bend_beyond,
+    column3,
+    move_leaf,
+    move_on,
+)
 
 
 @compile_kernel
-def turn_interface(modal, model, bends, turns, link, node, k):
+def turn_interface(modal, model, modes, link, node, k):
     """Write the motion of an interface of a flexible body relative to it, and its derivatives, to place k.
 
     Returns its displacement and its rotation, axes of the link.
     """
-    s = model.links[link].slot
-    n = model.links[link].modes
-    row = model.links[link].first_interface + node
+    bends, turns = modes.bends, modes.turns
+    own = model.links[link]
+    s, n = own.slot, own.modes
+    row = own.first_interface + node
     phi = model.modal.Phi[row]
     q, qd, qdd = modal.q[s], modal.qd[s], modal.qdd[s]
-    if model.links[link].modal_mass == UNIT:
+    if own.stations >= 0:
+        bend_beyond(modal, model, bends, link, row, k)
+        R = _rotate(bends, turns, modal.integrals.B[own.kind], k, q, qd, qdd, n)
+        move_leaf(model, modes, link, row, k, q, qd, qdd, n)
+        return move_on(model, modes, link, node, k, R)
+    if own.modal_mass == UNIT:
         straight(bends, k, phi, 3, q, qd, qdd, n)
+        _turn_straight(bends, k, n)
     else:
         second_order(bends, k, model.modal.Kg_FT[row], -1.0, 6, q, qd, qdd, n)
         bent(bends, k, phi, model.modal.arm[row], 3, q, qd, qdd, n)
     R = _rotate(bends, turns, phi, k, q, qd, qdd, n)
     return get3(bends.p[k]), R
+
+
+@compile_inline
+def _turn_straight(bends, k, n):
+    """Write the second order of a rotation vector that has none: another body may have left its own at the place."""
+    z = four(0.0)
+    for b in range(0, n, WIDTH):
+        put_rows3(bends.Dq[k], 3, b, (z, z, z))
+        put_rows3(bends.Dqd[k], 3, b, (z, z, z))
+        put_rows3(bends.Dqdd[k], 3, b, (z, z, z))
 
 
 @compile_inline
@@ -70,7 +99,7 @@ def _rotate(bends, turns, phi, k, q, qd, qdd, n):
     put3(turns.v[k], v)
     _put_factors(turns.factors[k], dot3(v, v))
     f = turns.factors[k]
-    w, wd = _spin(f, 0, v, vd), add3(_spin(f, 0, v, vdd), _bent(f, v, vd, vd))
+    w, wd = spin(f, 0, v, vd), add3(spin(f, 0, v, vdd), spin_slope(f, 0, v, vd, vd))
     rate = get3(bends.rate[k])
     linear = axpy3(get3(bends.acceleration[k]), -1.0, cross(w, rate))
     put3(turns.twist[k], rate)
@@ -79,12 +108,12 @@ def _rotate(bends, turns, phi, k, q, qd, qdd, n):
     put_angular(turns.rate[k], wd)
     for b in range(0, n, WIDTH):
         v_q, growing = rows3(turns.v_q[k], 0, b), rows3(bends.Dqd[k], 3, b)
-        by_v, by_vd = _convected(f, v, vd, v_q), _convected_by_rate(f, v, vd, v_q)
-        growth = _spin(f, 0, v, growing)
-        bending = add3(_bent(f, v, vdd, v_q), by_v)
-        bending = add3(bending, add3(_spin(f, 0, v, rows3(bends.Dqdd[k], 3, b)), _convected_by_rate(f, v, vd, growing)))
-        put_rows3(turns.spin_q[k], 0, b, _spin(f, 0, v, v_q))
-        put_rows3(turns.w_q[k], 0, b, add3(_bent(f, v, vd, v_q), growth))
+        by_v, by_vd = spin_curve(f, v, vd, vd, v_q), _by_rate(f, v, vd, v_q)
+        growth = spin(f, 0, v, growing)
+        bending = add3(spin_slope(f, 0, v, vdd, v_q), by_v)
+        bending = add3(bending, add3(spin(f, 0, v, rows3(bends.Dqdd[k], 3, b)), _by_rate(f, v, vd, growing)))
+        put_rows3(turns.spin_q[k], 0, b, spin(f, 0, v, v_q))
+        put_rows3(turns.w_q[k], 0, b, add3(spin_slope(f, 0, v, vd, v_q), growth))
         put_rows3(turns.wd_q[k], 0, b, bending)
         put_rows3(turns.wd_qd[k], 0, b, axpy3(by_vd, 2.0, growth))
     R, _ = cayley(half_tangent(v))
@@ -116,23 +145,26 @@ def relative_slopes(bends, turns, k, b):
 
 
 @compile_kernel
-def add_turn_curvature(model, bends, turns, link, node, k, force, torque, out):
+def add_turn_curvature(model, modes, link, node, k, force, torque, out):
     """Add the derivative by q of what a force and a torque, axes of the link, do at an interface to ``out (n, n)``.
 
     After `turn_interface`; both turn with the interface.
     """
-    n = model.links[link].modes
-    row = model.links[link].first_interface + node
+    bends, turns = modes.bends, modes.turns
+    own = model.links[link]
+    n, row = own.modes, own.first_interface + node
     v, f = get3(turns.v[k]), turns.factors[k]
-    flexible = model.links[link].modal_mass != UNIT
-    if flexible:
+    flexible = own.modal_mass != UNIT
+    if own.stations >= 0:
+        add_end_curvature(model, modes, link, row, k, force, torque, out)
+    elif flexible:
         table, arm = model.modal.Kg_FT[row], model.modal.arm[row]
         add_bend_curvature(bends, k, model.modal.Phi[row], table, -1.0, arm, 3, force, n, out)
-    back = _spin_transposed(f, 0, v, torque)
+    back = spin_transposed(f, 0, v, torque)
     for b in range(0, n, WIDTH):
         spin_q = rows3(turns.spin_q[k], 0, b)
         turned, twisted = cross(force, spin_q), cross(torque, spin_q)
-        by_v = _turned_back(f, v, torque, rows3(turns.v_q[k], 0, b))
+        by_v = back_slope(f, v, torque, rows3(turns.v_q[k], 0, b))
         for a in range(n):
             x = dot3(column3(turns.v_q[k], a), by_v) - dot3(column3(bends.dp[k], a), turned)
             x = x - dot3(column3(turns.spin_q[k], a), twisted)
@@ -143,14 +175,8 @@ def add_turn_curvature(model, bends, turns, link, node, k, force, torque, out):
 
 
 @compile_inline
-def column3(x, a):
-    """Return three numbers of mode a."""
-    return x[0, a], x[1, a], x[2, a]
-
-
-@compile_inline
 def _put_factors(out, x):
-    """Write a, b, c of the angular velocity, with two derivatives each, for ``v.v = x``."""
+    """Write a, b, c of the angular velocity, with two derivatives each, for ``v.v = x``; the third stays zero."""
     e = 1.0 / 12.0
     k = 1.0 + x * e
     d = 1.0 / (4.0 + k * k * x)
@@ -160,55 +186,12 @@ def _put_factors(out, x):
     s1 = -s * d1 * d
     s2 = 2.0 * s * d1 * d1 * d * d - s * d2 * d
     h = 0.5 * k * k
-    put3(out, (s * k, s1 * k + s * e, s2 * k + 2.0 * s1 * e))
-    put_angular(out, (s / 6.0, s1 / 6.0, s2 / 6.0))
-    out[6], out[7] = s * h, s1 * h + s * k * e
-    out[8] = s2 * h + 2.0 * s1 * k * e + s * e * e
+    put3(out[A:], (s * k, s1 * k + s * e, s2 * k + 2.0 * s1 * e))
+    put3(out[B:], (s / 6.0, s1 / 6.0, s2 / 6.0))
+    put3(out[C:], (s * h, s1 * h + s * k * e, s2 * h + 2.0 * s1 * k * e + s * e * e))
 
 
 @compile_inline
-def _spin(f, order, v, z):
-    """Return ``W z``, or a derivative of it by v.v, for one z or four."""
-    return axpy3(combined(f[order], z, f[6 + order], cross(v, z)), f[3 + order] * dot3(v, z), v)
-
-
-@compile_inline
-def _spin_transposed(f, order, v, z):
-    """Return ``W' z``, or a derivative of it by v.v."""
-    return axpy3(combined(f[order], z, -f[6 + order], cross(v, z)), f[3 + order] * dot3(v, z), v)
-
-
-@compile_inline
-def _bent(f, v, z, y):
-    """Return the derivative of ``W z`` by v at a constant z, for a change y of v."""
-    found = combined(f[3] * dot3(v, z), y, -f[6], cross(z, y))
-    found = add3(found, scaled3(2.0 * dot3(v, y), _spin(f, 1, v, z)))
-    return add3(found, scaled3(f[3] * dot3(z, y), v))
-
-
-@compile_inline
-def _turned_back(f, v, T, y):
-    """Return the derivative of ``W' T`` by v at a constant T, for a change y of v."""
-    found = combined(f[3] * dot3(v, T), y, f[6], cross(T, y))
-    found = add3(found, scaled3(2.0 * dot3(v, y), _spin_transposed(f, 1, v, T)))
-    return add3(found, scaled3(f[3] * dot3(T, y), v))
-
-
-@compile_inline
-def _convected(f, v, z, y):
-    """Return the derivative of the acceleration ``W' z`` with v' = z by v, for a change y."""
-    m, zz, along, across = dot3(v, z), dot3(z, z), dot3(v, y), dot3(z, y)
-    found = combined(f[3] * zz + 2.0 * f[4] * m * m, y, -2.0 * f[7] * m, cross(z, y))
-    found = add3(found, scaled3(2.0 * across, _spin(f, 1, v, z)))
-    found = add3(found, scaled3(4.0 * m * along, _spin(f, 2, v, z)))
-    found = add3(found, scaled3(f[3] * across + 2.0 * f[4] * m * along, z))
-    return add3(found, scaled3(2.0 * f[4] * (m * across + zz * along), v))
-
-
-@compile_inline
-def _convected_by_rate(f, v, z, y):
-    """Return the derivative of the acceleration ``W' z`` with v' = z by z, for a change y."""
-    m, along = dot3(v, z), dot3(v, y)
-    found = add3(scaled3(f[3] * m, y), scaled3(2.0 * along, _spin(f, 1, v, z)))
-    found = axpy3(found, 2.0 * m, _spin(f, 1, v, y))
-    return add3(found, add3(scaled3(f[3] * along, z), scaled3(2.0 * f[3] * dot3(z, y), v)))
+def _by_rate(f, v, vd, y):
+    """Return the derivative of the angular acceleration by v', for a change y."""
+    return add3(spin_slope(f, 0, v, vd, y), spin_slope(f, 0, v, y, vd))
