@@ -1,5 +1,6 @@
 """A wheel with the library of compiled kernels is for one platform and for every Python; without it numba is needed."""
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -10,7 +11,7 @@ class TagOfCompiledCode(BuildHookInterface):
     def initialize(self, version, build_data):
         if (Path(self.root) / "src" / "modalprep" / "compiled").is_dir():
             build_data["pure_python"] = False
-            build_data["tag"] = "py3-none-manylinux_2_17_x86_64"  # the C library that compiler/build.py links with
+            build_data["tag"] = os.environ["MODALPREP_WHEEL"]  # of .ci/build-wheel
         else:
             project = tomllib.loads((Path(self.root) / "pyproject.toml").read_text())["project"]
             build_data["dependencies"] += [x for x in project["optional-dependencies"]["build"] if "numba" in x]

@@ -1,7 +1,8 @@
 """Calls of the kernels that Python calls, with all types of their arguments.
 
 They are what the library of kernels is built from, and what `modalprep warmup` does.
-``python -m modalprep.exercise FOLDER [NAMES of jobs]`` builds it.
+``python -m modalprep.exercise FOLDER PLATFORMS [NAMES of jobs]`` builds it for platforms with commas between them, each
+in a folder of its own.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,8 +120,10 @@ def _kernels(system: System) -> Iterator[tuple[Any, tuple]]:
     yield responses.prepare, (model, data, work)
     yield responses.respond, (model, data, 1.0, forces, forces, 0, 0, u, u, work)
     yield responses.mean_response, (model, data, u, forces, u, work)
-    if any(body.n for body in system.bodies.values()):
-        yield frames.field_tangent, (model, data, packed.sweep(), 0, np.zeros(3), np.zeros(9))
+    if model.modal is not None:
+        sweep, N = packed.sweep(), model.modal.K.shape[1]
+        yield frames.field_tangent, (model, data, sweep, 0, np.zeros(3), np.zeros(9))
+        yield frames.end_curvature, (model, data, sweep, 0, 0, np.zeros(6), np.zeros((N, N)))
     if loading.loops:
         yield from _kernels_of_loops(loading.loops, data, y, u, motion)
 
@@ -168,13 +172,15 @@ def _slopes(system: System) -> None:
 
 
 def _gradient(method: str, system: System) -> None:
+    from modalprep.multibody.model.joint_element import HingeElement
     from modalprep.sensitivity.gradient import gradient
     from modalprep.sensitivity.objective import last
     from modalprep.sensitivity.run_sensitivities import run_sensitivities
 
-    given = ["hinge.angle", "gravity.y"], 1e-3
-    gradient(system, last("hinge.angle"), *given, method=method)
-    run_sensitivities(system, ["hinge.angle"], *given, method=method)
+    system = system.with_(joints=(replace(system.joints[0], elements=HingeElement(damping=1.0)),))
+    given = ["hinge.angle", "gravity.y"]
+    gradient(system, last("hinge.angle"), [*given, *["hinge.damping"] * (method == "explicit")], 1e-3, method=method)
+    run_sensitivities(system, ["hinge.angle"], given, 1e-3, method=method)
 
 
 def _gradients_of_springs(system: System) -> None:
@@ -195,6 +201,9 @@ def jobs() -> dict[str, Callable[[], None]]:
 if __name__ == "__main__":
     from modalprep.compiler.build import build
 
-    folder, *names = sys.argv[1:]
-    for path in build([jobs()[name] for name in names or jobs()], Path(folder)):
+    folder, platforms, *names = sys.argv[1:]
+    folders = {each: Path(folder) / each for each in platforms.split(",")}
+    for each in folders.values():
+        each.mkdir(parents=True, exist_ok=True)
+    for path in build([jobs()[name] for name in names or jobs()], folders):
         print(path)

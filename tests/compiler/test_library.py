@@ -1,6 +1,7 @@
 """The library of compiled kernels: built from what jobs call, and used by processes without numba."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -81,7 +82,9 @@ import kernels
 from modalprep.compiler.build import build
 
 if __name__ == "__main__":
-    print(*build([kernels.refused_job, kernels.job, kernels.job], Path(sys.argv[1])))
+    folder = Path(sys.argv[1])
+    folders = {"linux-x86_64": folder, "windows-x86_64": folder, "macos-arm64": folder}
+    print(*build([kernels.refused_job, kernels.job, kernels.job], folders))
 """
 WITHOUT_NUMBA = """
 import sys
@@ -102,7 +105,10 @@ def folder(tmp_path_factory):
     done = subprocess.run([sys.executable, "build.py", str(folder)], cwd=folder, env=environment(), text=True,
                           capture_output=True)  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert [Path(name).name for name in done.stdout.split()] == ["kernels-v4.so", "kernels-v3.so", "kernels-v1.so"]
+    assert [Path(name).name for name in done.stdout.split()] == [
+        *("kernels-v4.so", "kernels-v3.so", "kernels-v1.so"),
+        *("kernels-v3.dll", "kernels-v1.dll", "kernels-v1.dylib"),
+    ]
     return folder
 
 
@@ -169,3 +175,20 @@ def test_numba_serves_what_the_library_lacks(folder):
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, env=environment(), text=True, capture_output=True)
     assert done.stdout == "False True 2.0 True\n", done.stderr
+
+
+def test_the_library_of_windows(folder, tmp_path):
+    """In Wine, by a program in C: a kernel with an array, for both levels of processors."""
+    wine = shutil.which("wine64") or shutil.which("wine64", path="/usr/lib/wine")
+    if wine is None:
+        pytest.skip("there is no Wine")
+    program, source = tmp_path / "call.exe", Path(__file__).with_name("call_library.c")
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-O1", "-o", program, source]
+    subprocess.run(command, check=True)
+    named = "import numpy as np\nfrom modalprep.compiler.by_address import written\n"
+    symbol = printed(folder, f"{named}print(library.symbol_of(kernels.ordered, [written(np.zeros(2))]))").stdout.strip()
+    for level in ("v1", "v3"):
+        for given, said in (("1.5 2.5", "yes"), ("2.5 1.5", "no")):
+            call = [wine, program, folder / f"kernels-{level}.dll", symbol, *given.split()]
+            done = subprocess.run(call, capture_output=True, text=True)
+            assert done.stdout.split() == [said], done.stderr

@@ -85,7 +85,7 @@ def test_aarch64(tmp_path, expected):
         pytest.skip("there is no QEMU for aarch64")
     platform = libraries.PLATFORMS["linux-aarch64"]
     kernels = libraries._object(libraries.llvm_code("modal-open"), platform, "mp_", tmp_path)
-    sources = [libraries.C / name for name in ("core.c", "events.c", "fmi2.c")]
-    target = ["-target", "aarch64-linux-musl", "-static", "-DLINKED"]
+    sources = [libraries.C / name for name in ("core.c", "directional.c", "events.c", "fmi2.c")]
+    target = ["-target", "aarch64-linux-musl", "-static", "-DLINKED", "-DWITH_TANGENT"]
     zig(*target, "-o", tmp_path / "load", LOAD, *sources, kernels, "-lm")
     ended(tmp_path, "linux-aarch64", [qemu, tmp_path / "load"], expected)

@@ -9,20 +9,25 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
-import sys
+import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from modalprep.compiler.library import FILE, LEVELS, symbol_of
+from modalprep.compiler.library import file_of, symbol_of
+from modalprep.compiler.targets import COLLECTED, TARGETS, Target, link, machine_code
 
 C = Path(__file__).parent / "c"
-PROCESSORS = {"v4": "x86-64-v4", "v3": "x86-64-v3", "v1": "x86-64"}  # LLVM's names of `LEVELS`
-COLLECTED = "x86-64-v3"  # the processor for which numba writes LLVM code, wherever it runs
+X86 = {"v4": "x86-64-v4", "v3": "x86-64-v3", "v1": "x86-64"}  # LLVM's names of `library.LEVELS`
+PROCESSORS = {  # of Windows also v3, of others one: `library.loaded`
+    "linux-x86_64": X86,
+    "linux-aarch64": {"v1": "generic"},
+    "windows-x86_64": {"v3": X86["v3"], "v1": X86["v1"]},
+    "macos-arm64": {"v1": "apple-m1"},
+}
 
 
 class Root(NamedTuple):
@@ -141,35 +146,42 @@ def linked(modules: Iterable[str], roots: Iterable[str]):
     return whole
 
 
-def build(jobs: Iterable[Callable[[], object]], folder: Path) -> list[Path]:
-    """Write the libraries of the kernels that some jobs call to a folder; return them."""
+def build(jobs: Iterable[Callable[[], object]], folders: Mapping[str, Path]) -> list[Path]:
+    """Write the libraries of the kernels that some jobs call, for platforms each with its folder; return them."""
     os.environ.update({"MODALPREP_COMPILER": "fast", "NUMBA_CPU_NAME": COLLECTED, "NUMBA_CPU_FEATURES": ""})
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         found = list(pool.map(collected, jobs))
     roots = {root.symbol: root for own, _ in found for root in own}
     modules = {symbol: code for _, own in found for symbol, code in own.items()}
-    return [*_libraries(list(roots.values()), modules, folder)]
+    names = {root.code: f"kernel_{k}" for k, root in enumerate(roots.values())}
+    calls = '#include "python.h"\n' + "".join(root.wrapper.format(names[root.code]) for root in roots.values())
+    whole = _whole(modules, names)
+    return [path for platform, folder in folders.items() for path in _libraries(calls, whole, platform, folder)]
 
 
-def _libraries(roots: list[Root], modules: dict[str, str], folder: Path):
+def _whole(modules: dict[str, str], names: dict[str, str]) -> str:
+    """Return LLVM's code of all kernels, those that Python calls by their names."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    names = {root.code: f"kernel_{k}" for k, root in enumerate(roots)}
-    whole = _renamed(str(linked(modules.values(), names)), names)
+    return _renamed(str(linked(modules.values(), names)), names)
+
+
+def _libraries(calls: str, whole: str, platform: str, folder: Path) -> Iterator[Path]:
+    target = TARGETS[platform]
     with tempfile.TemporaryDirectory() as scratch:
-        calls = Path(scratch) / "calls.c"
-        calls.write_text('#include "python.h"\n' + "".join(root.wrapper.format(names[root.code]) for root in roots))
-        for level in LEVELS:
-            target = folder / FILE.format(level)
-            machine = llvm.Target.from_default_triple().create_target_machine(
-                cpu=PROCESSORS[level], opt=3, reloc="pic", codemodel="small"
-            )
+        source, made = Path(scratch) / "calls.c", Path(scratch) / f"made{target.suffix}"
+        source.write_text(calls)
+        for level, processor in PROCESSORS[platform].items():
             code = Path(scratch) / f"{level}.o"
-            code.write_bytes(machine.emit_object(llvm.parse_assembly(whole)))
-            options = ["-shared", "-O2", "-fPIC", "-fvisibility=hidden", "-s", "-Wl,-z,defs", f"-I{C}"]
-            files = [*map(str, sorted(C.glob("*.c"))), str(calls), str(code)]
-            command = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-linux-gnu.2.17"]
-            subprocess.run([*command, *options, *files, "-o", str(target), "-lm"], check=True)
-            yield target
+            code.write_bytes(machine_code(whole, target, processor))
+            link(target, [*sorted(C.glob("*.c")), source, code], made, _options(target))
+            path = folder / file_of(level, target.suffix)
+            shutil.copy(made, path)  # without the import library of Windows
+            yield path
+
+
+def _options(target: Target) -> list[str]:
+    """Return the options of the linker: nothing may be undefined, which is an error on other systems anyway."""
+    return [f"-I{C}", *["-Wl,-z,defs"] * (target.suffix == ".so")]

@@ -45,4 +45,4 @@ class Pointer:
 
 def call_address(address: int, t: float) -> None:
     """Call the function ``f(t)`` at an address, from Python or from compiled code."""
-    SIGNATURE(address)(t)
+    SIGNATURE(int(address))(t)  # as Python reads it from an array

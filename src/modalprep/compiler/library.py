@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import sys
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 from modalprep.compiler.stamps import Stamped, key_of
 
 FOLDER = Path(__file__).parents[1] / "compiled"
-FILE = "kernels-{}.so"
+SUFFIX = {"win32": ".dll", "darwin": ".dylib"}  # of libraries; .so elsewhere
 V3 = {"avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}  # flags in /proc/cpuinfo
 V4 = V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
 LEVELS = {"v4": V4, "v3": V3, "v1": set[str]()}  # what a processor must have for a library, the fastest first
@@ -51,6 +52,11 @@ def symbol_of(kernel: Stamped, arguments: Iterable[str]) -> str:
     return f"mp_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
 
 
+def file_of(level: str, suffix: str) -> str:
+    """Return the name of the library for processors of a level."""
+    return f"kernels-{level}{suffix}"
+
+
 def entry_of(kernel: Stamped, arguments: Iterable[str]) -> Callable | None:
     """Return the function of a kernel for types of arguments; None if there is none."""
     library = loaded()
@@ -79,11 +85,13 @@ def loaded() -> Any:
     """Return the library for this processor; None if there is none, or ``MODALPREP_COMPILER`` asks for another way."""
     if os.environ.get("MODALPREP_COMPILER", "") not in ("", "library"):
         return None
-    paths = [FOLDER / FILE.format(level) for level, needed in LEVELS.items() if needed <= _flags()]
-    found = [path for path in paths if path.is_file()]
+    paths = {level: FOLDER / file_of(level, SUFFIX.get(sys.platform, ".so")) for level in LEVELS}
+    found = [paths[level] for level, needed in LEVELS.items() if needed <= _flags() and paths[level].is_file()]
     if not found:
         return None
     library = ctypes.CDLL(str(found[0]))
+    if sys.platform == "win32" and library.has_v3():  # where no file says what the processor can
+        library = ctypes.CDLL(str(paths["v3"]))
     python = [ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in PYTHON]
     values = *python, *_blas(), id(ValueError), id(None), object.__basicsize__
     table = ctypes.c_void_p * len(values)

@@ -26,19 +26,24 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.free_parts import part_of_links
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.channels import Channels
-from modalprep.runtime.kinds import example
+from modalprep.runtime.kinds import example, is_tree
 from modalprep.runtime.roots import ROOTS, Outside
+from modalprep.runtime.tangent import TANGENT_ROOTS, new_tangent
 
 PREFIX = "mp_"  # of the names of the roots
 
 
-def collect(system: System) -> str:
-    """Return the LLVM code of the roots for the types of a system, all else internal; nothing is taken from a cache."""
+def collect(system: System, tree: bool) -> str:
+    """Return the LLVM code of the roots for the types of a system, all else internal; nothing is taken from a cache.
+
+    Of a tree also that of its exact derivatives.
+    """
     cache: Any = dispatch_code.KernelCache
     cache.load_overload = lambda self, sig, context: None
     cache.save_overload = lambda self, sig, data: None
     modules, _ = keep_code()
-    symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in ROOTS.items()}
+    roots = ROOTS | TANGENT_ROOTS if tree else ROOTS
+    symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in roots.items()}
     return _renamed(str(linked(modules.values(), symbols.values())), symbols)
 
 
@@ -57,7 +62,8 @@ def _types(system: System, root: str) -> tuple:
     watch = new_watch(np.zeros(0), np.zeros(packed.nx), len(y), eq)
     seen = Channels(system, packed, loading.loops)
     out = Outside(y, y.copy(), y.copy(), np.zeros(seen.width), *seen.columns)
-    eq, run, watch, out = map(typeof, (eq, run, watch, out))
+    own = new_tangent(packed)
+    eq, run, watch, out, own = map(typeof, (eq, run, watch, out, own))
     real, whole = types.float64, types.int64
     return {
         "derive": (eq, out, real),
@@ -66,6 +72,8 @@ def _types(system: System, root: str) -> tuple:
         "complete": (eq, out, run, watch, real, real),
         "begin": (eq, run, whole, real, real),
         "advance": (eq, run, watch, whole, real, whole),
+        "differentiate": (eq, out, own, real),
+        "follow": (eq, out, own),
     }[root]
 
 
@@ -78,4 +86,4 @@ def _renamed(text: str, symbols: Mapping[str, str]) -> str:
 if __name__ == "__main__":
     llvm.initialize_native_target()
     with atomic_path(sys.argv[2]) as temporary:
-        temporary.write_text(collect(example(sys.argv[1])))
+        temporary.write_text(collect(example(sys.argv[1]), is_tree(sys.argv[1])))

@@ -14,6 +14,7 @@ from modalprep.runtime.units import BASE
 
 STRUCTURED = re.compile(r"(der\()?[A-Za-z_]\w*(\.[A-Za-z_]\w*)*(\[\d+\])?\)?", re.ASCII)
 MODEL_EXCHANGE, CO_SIMULATION = "me", "cs"
+DERIVATIVES = {"FMUstate": ("DirectionalDerivative",), "FMUState": ("DirectionalDerivatives", "AdjointDerivatives")}
 TAGS = {MODEL_EXCHANGE: "ModelExchange", CO_SIMULATION: "CoSimulation"}
 INDEPENDENT = Variable("time", 0, "independent", "s", "simulation time")
 
@@ -70,8 +71,8 @@ def _begin(root: Element, model: Model, name: str, kinds: Sequence[str], state: 
         own = {"modelIdentifier": name, f"canGetAndSet{state}": "true", f"canSerialize{state}": "true"}
         if kind == CO_SIMULATION:
             own["canHandleVariableCommunicationStepSize"] = "true"
-        if model.kind == LINEAR:
-            own["providesDirectionalDerivative" + ("" if state == "FMUstate" else "s")] = "true"
+        if model.differentiable:
+            own |= {f"provides{name}": "true" for name in DERIVATIVES[state]}
         SubElement(root, TAGS[kind], own)
     _units(root)
     _categories(root)

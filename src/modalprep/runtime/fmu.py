@@ -164,7 +164,7 @@ def _write(model: Model, path: str | Path, fmi: str, kind: str, files: Mapping[s
         for each, file in files.items():
             platform = PLATFORMS[each]
             folder = platform.fmi2 if fmi == "2" else platform.fmi3
-            archive.write(file, f"binaries/{folder}/{name}{platform.suffix}")
+            archive.write(file, f"binaries/{folder}/{name}{platform.target.suffix}")
 
 
 def own_platform() -> str:

@@ -19,6 +19,11 @@ def kind_of(eq: Equations) -> str:
     return f"{bodies}-{'open' if eq.cons is None else 'closed'}"
 
 
+def is_tree(kind: str) -> bool:
+    """Return whether a kind has neither closed loops nor springs and bushings; its library has exact derivatives."""
+    return kind.endswith("open")
+
+
 def example(kind: str) -> System:
     """Return the smallest system of a kind."""
     from modalprep.examples import small_systems

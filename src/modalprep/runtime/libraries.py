@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -20,12 +19,14 @@ from importlib.metadata import version
 from pathlib import Path
 
 from modalprep.atomic import atomic_path
+from modalprep.compiler.targets import COLLECTED, TARGETS, Target, link, machine_code
 from modalprep.errors import ModalprepError
 from modalprep.extras import need
+from modalprep.runtime.kinds import is_tree
 from modalprep.suggest import refuse_unknown
 
 C = Path(__file__).parent / "c"
-COLLECTED = "x86-64-v3"  # the processor for which numba writes LLVM code, wherever it runs
+PROCESSOR = C.parents[1] / "compiler" / "c" / "processor.h"
 
 
 @dataclass(frozen=True)
@@ -36,35 +37,24 @@ class Platform:
     ----------
     fmi2, fmi3 : str
         Its folder in an FMU.
-    triple, target : str
-        Its name for LLVM and for zig.
-    suffix : str
-        Of its libraries.
+    target : Target
     processors : {prefix: str}
         LLVM's name of the processor for the roots with a prefix; the second one is used where the processor can.
     """
 
     fmi2: str
     fmi3: str
-    triple: str
-    target: str
-    suffix: str
+    target: Target
     processors: dict[str, str]
 
 
 X86 = {"mp_": "x86-64", "mp3_": "x86-64-v3"}
 ARM, APPLE = {"mp_": "generic"}, {"mp_": "apple-m1"}
 PLATFORMS = {
-    "linux-x86_64": Platform(
-        "linux64", "x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", ".so", X86
-    ),
-    "linux-aarch64": Platform(
-        "aarch64-linux", "aarch64-linux", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", ".so", ARM
-    ),
-    "windows-x86_64": Platform("win64", "x86_64-windows", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", ".dll", X86),
-    "macos-arm64": Platform(
-        "aarch64-darwin", "aarch64-darwin", "aarch64-apple-macosx11.0.0", "aarch64-macos.11.0", ".dylib", APPLE
-    ),
+    "linux-x86_64": Platform("linux64", "x86_64-linux", TARGETS["linux-x86_64"], X86),
+    "linux-aarch64": Platform("aarch64-linux", "aarch64-linux", TARGETS["linux-aarch64"], ARM),
+    "windows-x86_64": Platform("win64", "x86_64-windows", TARGETS["windows-x86_64"], X86),
+    "macos-arm64": Platform("aarch64-darwin", "aarch64-darwin", TARGETS["macos-arm64"], APPLE),
 }
 
 
@@ -89,15 +79,16 @@ def library(kind: str, platform: str, say: Callable[[str], None] = lambda text: 
     for module in "numba", "ziglang":
         need(module, "an FMU")
     own = PLATFORMS[platform]
-    path = cache_folder() / f"{kind}-{platform}-{_of_library(own)}{own.suffix}"
+    path = cache_folder() / f"{kind}-{platform}-{_of_library(own)}{own.target.suffix}"
     with _alone(path):
         if not path.exists():
             code = llvm_code(kind, say)
             say(f"linking the library for {platform}")
             with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
                 objects = [_object(code, own, prefix, Path(folder)) for prefix in own.processors]
-                made = Path(folder) / f"library{own.suffix}"
-                _link(own, [*sorted(C.glob("*.c")), *objects], made, len(objects) > 1)  # perhaps with an import library
+                made = Path(folder) / f"library{own.target.suffix}"
+                # perhaps with an import library beside it
+                link(own.target, [*sorted(C.glob("*.c")), *objects], made, _defined(kind, own))
                 shutil.copy(made, temporary)
     return path
 
@@ -114,13 +105,13 @@ def linear_library(platform: str, say: Callable[[str], None] = lambda text: None
     own = PLATFORMS[platform]
     files = [C / "fmi2.c", C / "fmi3.c", C / "linear" / "core.c"]
     parts = [repr(own).encode(), *(f.read_bytes() for f in (C / "core.h", *files))]
-    path = cache_folder() / f"linear-{platform}-{_fingerprint(parts)}{own.suffix}"
+    path = cache_folder() / f"linear-{platform}-{_fingerprint(parts)}{own.target.suffix}"
     if not path.exists():
         need("ziglang", "an FMU")
         say(f"linking the library for {platform}")
         with tempfile.TemporaryDirectory() as folder, atomic_path(path) as temporary:
-            made = Path(folder) / f"library{own.suffix}"
-            _link(own, files, made, has_v3=False)
+            made = Path(folder) / f"library{own.target.suffix}"
+            link(own.target, files, made)
             shutil.copy(made, temporary)
     return path
 
@@ -131,8 +122,15 @@ def llvm_code(kind: str, say: Callable[[str], None] = lambda text: None) -> str:
     with _alone(path):
         if not path.exists():
             say("compiling the kernels for use without Python: once, for a minute or two")
-            _run([sys.executable, "-m", "modalprep.runtime.collect", kind, str(path)], "the kernels", _compiling())
+            _collect(kind, path)
     return path.read_text()
+
+
+def _collect(kind: str, path: Path) -> None:
+    command = [sys.executable, "-m", "modalprep.runtime.collect", kind, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, env=_compiling())
+    if done.returncode:
+        raise ModalprepError(f"the kernels cannot be compiled: {done.stderr.strip()[-2000:]}")
 
 
 @contextmanager
@@ -157,35 +155,16 @@ def _compiling() -> dict[str, str]:
 
 def _object(code: str, platform: Platform, prefix: str, folder: Path) -> Path:
     """Return the object file of the roots with a prefix."""
-    import llvmlite.binding as llvm
-
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    target = llvm.Target.from_triple(platform.triple)
-    machine = target.create_target_machine(cpu=platform.processors[prefix], opt=3, reloc="pic", codemodel="small")
-    code = re.sub(r"^target triple = .*$", f'target triple = "{platform.triple}"', code, flags=re.MULTILINE)
-    code = re.sub(r"^target datalayout = .*$", f'target datalayout = "{machine.target_data}"', code, flags=re.MULTILINE)
     path = folder / f"{prefix}.o"
-    path.write_bytes(machine.emit_object(llvm.parse_assembly(code.replace("@mp_", f"@{prefix}"))))
+    named = code.replace("@mp_", f"@{prefix}")
+    path.write_bytes(machine_code(named, platform.target, platform.processors[prefix]))
     return path
 
 
-def _link(platform: Platform, files: list[Path], target: Path, has_v3: bool) -> None:
-    """Compile the C part and link it with the objects of the kernels."""
-    options = ["-target", platform.target, "-shared", "-O2", "-fPIC", "-fvisibility=hidden", "-s"]
-    if has_v3:
-        options.append("-DWITH_V3")
-    libraries = [] if platform.suffix == ".dll" else ["-lm"]
-    _run(
-        [sys.executable, "-m", "ziglang", "cc", *options, *map(str, files), "-o", str(target), *libraries],
-        "the library",
-    )
-
-
-def _run(command: list[str], what: str, environment: dict[str, str] | None = None) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
-    if done.returncode:
-        raise ModalprepError(f"{what} cannot be compiled: {done.stderr.strip()[-2000:]}")
+def _defined(kind: str, platform: Platform) -> list[str]:
+    """Return what the C part of a kind has."""
+    found = {"-DWITH_TANGENT": is_tree(kind), "-DWITH_V3": len(platform.processors) > 1}
+    return [name for name, there in found.items() if there]
 
 
 @lru_cache
@@ -193,17 +172,17 @@ def _of_code() -> str:
     """Return the fingerprint of all kernels and their compiler."""
     from modalprep.compiler.stamps import STAMP
     from modalprep.runtime.roots import ROOTS
+    from modalprep.runtime.tangent import TANGENT_ROOTS
 
-    parts = [getattr(kernel.py_func, STAMP).encode() for kernel in ROOTS.values()]
+    parts = [getattr(kernel.py_func, STAMP).encode() for kernel in (ROOTS | TANGENT_ROOTS).values()]
     parts.append(Path(__file__).with_name("collect.py").read_bytes())
     return _fingerprint([*parts, *(version(name).encode() for name in ("numba", "llvmlite"))])
 
 
 def _of_library(platform: Platform) -> str:
     """Return the fingerprint of all that the library of a platform is made of."""
-    return _fingerprint(
-        [_of_code().encode(), repr(platform).encode(), *(f.read_bytes() for f in sorted(C.glob("*.[ch]")))]
-    )
+    files = (*sorted(C.glob("*.[ch]")), PROCESSOR)
+    return _fingerprint([_of_code().encode(), repr(platform).encode(), *(f.read_bytes() for f in files)])
 
 
 def _fingerprint(parts: list[bytes]) -> str:

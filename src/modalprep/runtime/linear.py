@@ -36,7 +36,8 @@ def linear_model(linear: LinearSystem, t_end: float, step: float, start: Mapping
     token = hashlib.sha256(MAGIC + body).hexdigest()[:32]
     content = MAGIC + token.encode().ljust(TOKEN, b"\0") + body
     variables = unique([*_variables(linear, begin)])
-    return Model(LINEAR, token, content, variables, 0.0, t_end, step, 1e-6, "exponential", linear.notes)
+    run = 0.0, t_end, step, 1e-6, "exponential"
+    return Model(LINEAR, token, content, variables, *run, linear.notes, differentiable=True)
 
 
 def _variables(linear: LinearSystem, start: np.ndarray) -> Iterator[Variable]:

@@ -32,15 +32,17 @@ from modalprep.runtime.nominals import nominals
 from modalprep.runtime.places import WORD, Place, Places
 from modalprep.runtime.refusals import refuse_changes, refuse_far_deflections, refuse_python
 from modalprep.runtime.roots import Outside
+from modalprep.runtime.tangent import new_tangent, without_tangent
 from modalprep.runtime.units import RATE_OF, about_channel, unit_of
 
 # of value references: core.h
 STATES, RATES, CHANNELS, COMBINED, GIVEN, GIVEN_RATES, GIVEN_ACCELERATIONS, INDICATORS = (k << 24 for k in range(1, 9))
-MAGIC = b"MPMODEL2"
+MAGIC = b"MPMODEL3"
 HEAD = (
     *("image", "relocations", "states", "width", "combined", "terms", "given", "inputs", "places", "stretches"),
     *("middles", "indicators", "codes", "method", "may_change", "bounded", "equations", "run", "watch", "outside"),
     *("y", "state", "ydot", "row", "time", "rtol"),
+    *("slopes", "slope_relocations", "tangent", "seed", "found"),
 )  # words of the head of model.bin
 TOKEN = 64
 WORK = "energy.work"
@@ -81,6 +83,8 @@ class Model:
     method : str
     notes : tuple of str
         What the FMU leaves out.
+    differentiable : bool
+        Whether it has directional derivatives.
     """
 
     kind: str
@@ -93,6 +97,7 @@ class Model:
     rtol: float
     method: str
     notes: tuple[str, ...] = field(default=())
+    differentiable: bool = False
 
 
 def model_of(
@@ -135,7 +140,8 @@ def model_of(
     content, token = packing.content(auto=method == "auto")
     variables = unique(packing.variables())
     kind = kind_of(integration.equations)
-    return Model(kind, token, content, variables, begin, t_end, output_step, rtol, integration.choice.name, notes)
+    run = begin, t_end, output_step, rtol, integration.choice.name
+    return Model(kind, token, content, variables, *run, notes, packing.tangent is not None)
 
 
 def _refuse_change_point(integration: Integration) -> None:
@@ -180,7 +186,11 @@ class Packing:
         self.watch = new_watch(np.zeros(0), np.asarray(integration.watch.size), len(y), eq)
         self.out = Outside(run.y, y, np.zeros(len(y)), np.zeros(self.channels.width), *self.channels.columns)
         self.image = Image(eq, run, self.watch, self.out)
+        without = [*without_tangent(system, eq)]
+        self.tangent = None if without else new_tangent(self.packed)
         self.notes: list[str] = []
+        if without:
+            self.notes.append(f"the FMU has no directional derivatives, because of {', '.join(without)}")
         self.given = [*self._given(places)]
         self.combined = self._combined()
         self.indicators = [*self._indicators(events)]
@@ -330,9 +340,20 @@ class Packing:
         places += [self.image.of(each) for each in (run.y, self.out.state, self.out.ydot, self.out.row)]
         bounded = any(map(_varies, _tables(eq))) or len(self.loading.stretches) > 1 or bool(self.system.depletions)
         numbers = [*sizes, self.integration.choice.method, auto, bounded, *places, of_clock["time"], of_clock["rtol"]]
+        slopes, own = self._slopes()
+        arrays, numbers = [*arrays, *slopes], [*numbers, *own]
         body = struct.pack(f"<{len(HEAD)}q", *map(int, numbers)) + b"".join(x.tobytes() for x in arrays)
         token = hashlib.sha256(body).hexdigest()[:32]
         return MAGIC + token.encode().ljust(TOKEN, b"\0") + body, token
+
+    def _slopes(self) -> tuple[list[np.ndarray], list[int]]:
+        """Return the image for directional derivatives with its places, and what the head says of it."""
+        if self.tangent is None:
+            return [], [0, 0, 0, 0, 0]
+        image, own = Image(self.tangent), self.tangent
+        places = [image.of(each) for each in (own, own.seed, own.found)]
+        arrays = [image.bytes, np.array(image.relocations, dtype=np.int64)]
+        return arrays, [len(image.bytes), len(image.relocations), *places]
 
     def _arrays(self) -> tuple[list[np.ndarray], list[int]]:
         """Return what follows the head of the file, and how much of each, as core.h has it."""

@@ -1,5 +1,6 @@
 /* The memory of arrays that kernels make, as numba's code asks for it; arrays are never handed to Python. */
 #include "python.h"
+#include "processor.h"
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,6 +9,7 @@
 
 EXPORT Python python;
 EXPORT const I python_size = sizeof(Python);
+EXPORT int has_v3(void) { return is_v3(); }
 
 I items_of(P array) {
   I product = 1;

@@ -37,7 +37,11 @@ typedef struct {
   I *shape, *strides;
 } Array; /* as NumPy has it, after the head of the object */
 
+#ifdef _WIN32
+#define EXPORT __declspec(dllexport)
+#else
 #define EXPORT __attribute__((visibility("default")))
+#endif
 #define ARRAY(o) ((Array *)((char *)(o) + python.head))
 #define REAL(o) python.PyFloat_AsDouble(o)
 #define WHOLE(o) python.PyNumber_AsSsize_t(o, 0)

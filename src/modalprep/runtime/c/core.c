@@ -21,36 +21,36 @@ typedef struct {
   int (*complete)(I *, void **, void *, void *, void *, void *, double, double);
   int (*begin)(I *, void **, void *, void *, I, double, double);
   int (*advance)(I *, void **, void *, void *, void *, I, double, I);
+#ifdef WITH_TANGENT /* trees */
+  int (*differentiate)(I *, void **, void *, void *, void *, double);
+  int (*follow)(void **, void **, void *, void *, void *);
+#endif
 } Kernels;
+#ifdef WITH_TANGENT
+#define DECLARE_TANGENT(p)                                                         \
+  extern int p##differentiate(I *, void **, void *, void *, void *, double);       \
+  extern int p##follow(void **, void **, void *, void *, void *);
+#define TANGENT_OF(p) , p##differentiate, p##follow
+#else
+#define DECLARE_TANGENT(p)
+#define TANGENT_OF(p)
+#endif
 #define DECLARE(p)                                                                 \
   extern int p##derive(I *, void **, void *, void *, double);                      \
   extern int p##channels(void **, void **, void *, void *, double);                \
   extern int p##enter(I *, void **, void *, void *, void *, double);               \
   extern int p##complete(I *, void **, void *, void *, void *, void *, double, double); \
   extern int p##begin(I *, void **, void *, void *, I, double, double);            \
-  extern int p##advance(I *, void **, void *, void *, void *, I, double, I);
-#define TABLE(p) { p##derive, p##channels, p##enter, p##complete, p##begin, p##advance }
+  extern int p##advance(I *, void **, void *, void *, void *, I, double, I);         \
+  DECLARE_TANGENT(p)
+#define TABLE(p) { p##derive, p##channels, p##enter, p##complete, p##begin, p##advance TANGENT_OF(p) }
 DECLARE(mp_)
 static const Kernels baseline = TABLE(mp_);
 #ifdef WITH_V3 /* the same for processors with AVX2 and FMA */
-#include <cpuid.h>
+#include "../../compiler/c/processor.h"
 DECLARE(mp3_)
 static const Kernels v3 = TABLE(mp3_);
-static int saves_wide_registers(void) {
-  unsigned low, high;
-  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-  return (low & 6) == 6;
-}
-static const Kernels *kernels(void) {
-  unsigned a, b, c, d;
-  if (!__get_cpuid(1, &a, &b, &c, &d) || (c & (1u << 12 | 1u << 22 | 1u << 27 | 1u << 28 | 1u << 29)) !=
-      (1u << 12 | 1u << 22 | 1u << 27 | 1u << 28 | 1u << 29)) return &baseline; /* FMA, MOVBE, OSXSAVE, AVX, F16C */
-  if (!saves_wide_registers()) return &baseline;
-  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (b & (1u << 3 | 1u << 5 | 1u << 8)) != (1u << 3 | 1u << 5 | 1u << 8))
-    return &baseline; /* BMI1, AVX2, BMI2 */
-  if (!__get_cpuid(0x80000001, &a, &b, &c, &d) || !(c & 1u << 5)) return &baseline; /* LZCNT */
-  return &v3;
-}
+static const Kernels *kernels(void) { return is_v3() ? &v3 : &baseline; }
 #else
 static const Kernels *kernels(void) { return &baseline; }
 #endif
@@ -93,7 +93,7 @@ static int read_model(Model *model, const char *path) {
   model->file = whole_file(path, &size);
   if (!model->file || size < sizeof(Head)) return FAILED;
   const Head *h = model->head = (const Head *)model->file;
-  if (memcmp(h->magic, "MPMODEL2", 8)) return FAILED;
+  if (memcmp(h->magic, "MPMODEL3", 8)) return FAILED;
   const char *from = model->file + sizeof(Head);
   model->image = next(&from, h->image);
   model->relocations = next(&from, 8 * h->relocations);
@@ -106,18 +106,27 @@ static int read_model(Model *model, const char *path) {
   model->indicators = next(&from, (I)sizeof(Indicator) * h->indicators);
   model->codes = next(&from, (I)sizeof(Code) * h->codes);
   model->nominals = next(&from, 8 * h->states);
+  model->slopes = next(&from, h->slopes);
+  model->slope_relocations = next(&from, 8 * h->slope_relocations);
   return from == model->file + size;
 }
 
 /* Addresses are kept relative to the image; with a sign they are taken out of a copy again. */
-static void relocate(const Model *model, char *memory, uint64_t by) {
-  for (I k = 0; k < model->head->relocations; k++) {
+static void relocate(const I *places, I count, char *memory, uint64_t by) {
+  for (I k = 0; k < count; k++) {
     uint64_t word;
-    memcpy(&word, memory + model->relocations[k], 8);
+    memcpy(&word, memory + places[k], 8);
     word += by;
-    memcpy(memory + model->relocations[k], &word, 8);
+    memcpy(memory + places[k], &word, 8);
   }
 }
+
+static void relocate_image(Core *core, char *memory, uint64_t by) {
+  relocate(core->model.relocations, head(core)->relocations, memory, by);
+}
+
+/* What was evaluated is no longer that of the state, the inputs and the time. */
+static void changed(Core *core) { core->derived = core->observed = core->differentiated = 0; }
 
 /* What is kept of an input: with its derivatives, the time at which they were given, and the motion at the last step. */
 enum { VALUE, FIRST, SECOND, SINCE, PLACE, SPEED, BEND, OF_A_GIVEN };
@@ -188,7 +197,16 @@ static void enter_stretch(Core *core, I number_of) {
   core->stretch = number_of;
   for (I k = 0; k < head(core)->middles; k++) *number(core, core->model.middles[k]) = (s->begin + s->end) / 2;
   core->restart = 1;
-  core->derived = core->observed = 0;
+  changed(core);
+}
+
+double *core_input(Core *core, I k) { return given(core, k, VALUE); }
+
+/* Give an input another value for an evaluation. */
+void core_put_input(Core *core, I k, double value) {
+  *given(core, k, VALUE) = value;
+  put_given(core, k);
+  changed(core);
 }
 
 /* How many numbers are kept beside the image. */
@@ -196,7 +214,7 @@ static size_t kept(Core *core) { return (size_t)(OF_A_GIVEN * head(core)->given 
 
 void core_reset(Core *core) {
   memcpy(core->memory, core->model.image, (size_t)head(core)->image);
-  relocate(&core->model, core->memory, (uint64_t)(uintptr_t)core->memory);
+  relocate_image(core, core->memory, (uint64_t)(uintptr_t)core->memory);
   memset(core->given, 0, 8 * kept(core));
   for (I k = 0; k < head(core)->given; k++) *given(core, k, VALUE) = core->model.given[k].start;
   core->method = head(core)->method;
@@ -204,6 +222,24 @@ void core_reset(Core *core) {
   core->changeable = 1;
   core->ended = 0;
   enter_stretch(core, 0);
+}
+
+static char *aligned(char *raw) {
+  return (char *)(((uintptr_t)raw + ALIGNMENT - 1) & ~(uintptr_t)(ALIGNMENT - 1));
+}
+
+static int allocate(Core *core) {
+  core->raw = malloc((size_t)head(core)->image + ALIGNMENT);
+  core->raw_slopes = malloc((size_t)head(core)->slopes + ALIGNMENT);
+  core->given = calloc(kept(core) + 1, sizeof(double));
+  core->back = core_watches(core) ? malloc(core_saved_size(core)) : malloc(1);
+  if (!core->raw || !core->raw_slopes || !core->given || !core->back) return FAILED;
+  core->side = core->given + OF_A_GIVEN * head(core)->given;
+  core->memory = aligned(core->raw);
+  core->slopes = aligned(core->raw_slopes);
+  memcpy(core->slopes, core->model.slopes, (size_t)head(core)->slopes);
+  relocate(core->model.slope_relocations, head(core)->slope_relocations, core->slopes, (uint64_t)(uintptr_t)core->slopes);
+  return DONE;
 }
 
 Core *core_new(const char *file, const char *token, void *owner, Say say) {
@@ -215,16 +251,10 @@ Core *core_new(const char *file, const char *token, void *owner, Say say) {
     fail(core, "resources/model.bin is missing, damaged or of another version");
   } else if (!token || strcmp(token, head(core)->token)) {
     fail(core, "the modelDescription.xml is that of another FMU: the GUID or instantiation token differs");
+  } else if (allocate(core)) {
+    core_reset(core);
+    return core;
   } else {
-    core->raw = malloc((size_t)head(core)->image + ALIGNMENT);
-    core->given = calloc(kept(core) + 1, sizeof(double));
-    core->back = core_watches(core) ? malloc(core_saved_size(core)) : malloc(1);
-    if (core->raw && core->given && core->back) {
-      core->side = core->given + OF_A_GIVEN * head(core)->given;
-      core->memory = (char *)(((uintptr_t)core->raw + ALIGNMENT - 1) & ~(uintptr_t)(ALIGNMENT - 1));
-      core_reset(core);
-      return core;
-    }
     fail(core, "there is not enough memory");
   }
   core_free(core);
@@ -235,6 +265,7 @@ void core_free(Core *core) {
   if (!core) return;
   free(core->model.file);
   free(core->raw);
+  free(core->raw_slopes);
   free(core->given);
   free(core->back);
   free(core);
@@ -339,7 +370,7 @@ static int put_derivative(Core *core, I k, int what, double value) {
   *given(core, k, what) = value;
   *given(core, k, SINCE) = core->t;
   if (!ramps(core, k)) put_given(core, k);
-  core->derived = core->observed = 0;
+  changed(core);
   core->restart = 1;
   return DONE;
 }
@@ -362,7 +393,7 @@ int core_set(Core *core, uint32_t reference, double value) {
   } else {
     return fail(core, "a variable cannot be set now, or there is none with this value reference");
   }
-  core->derived = core->observed = 0;
+  changed(core);
   core->restart = 1;
   return DONE;
 }
@@ -376,20 +407,38 @@ int core_set_derivative(Core *core, uint32_t reference, int order, double value)
   return core->model.given[k].moves ? DONE : put_derivative(core, k, order == 1 ? FIRST : SECOND, value);
 }
 
-/* Those of a multibody system are not offered, by modelDescription.xml. */
-int core_directional(Core *core, const uint32_t unknown[], size_t nu, const uint32_t known[], size_t nk,
-                     const double seed[], double found[]) {
-  return fail(core, "this FMU has no directional derivatives");
+/* Write how the accelerations change with the state. */
+int core_differentiate(Core *core) {
+#ifdef WITH_TANGENT
+  I status = 0;
+  void *raised = 0;
+  if (core->differentiated) return derive(core); /* the state, which other evaluations have overwritten */
+  kernels()->differentiate(&status, &raised, at(core, head(core)->equations), at(core, head(core)->outside),
+                           core->slopes + head(core)->tangent, core->t);
+  core->derived = core->differentiated = status == GOOD;
+  core->observed = 0;
+  if (status == GOOD) return DONE;
+#endif
+  return failed_at(core, "the derivatives of the accelerations cannot be computed");
+}
+
+/* Write what the rates change by along the seed. */
+void core_follow(Core *core) {
+#ifdef WITH_TANGENT
+  void *nothing = 0, *raised = 0;
+  kernels()->follow(&nothing, &raised, at(core, head(core)->equations), at(core, head(core)->outside),
+                    core->slopes + head(core)->tangent);
+#endif
 }
 
 void core_time(Core *core, double t) {
-  if (t != core->t) core->derived = core->observed = 0;
+  if (t != core->t) changed(core);
   core->t = t;
 }
 
 void core_put_states(Core *core, const double *y) {
   memcpy(at(core, head(core)->y), y, 8 * (size_t)head(core)->states);
-  core->derived = core->observed = 0;
+  changed(core);
 }
 
 void core_get_states(Core *core, double *y) { memcpy(y, at(core, head(core)->y), 8 * (size_t)head(core)->states); }
@@ -466,7 +515,7 @@ int core_advance(Core *core, double end, int once) {
       code = RUNNING;
     }
   } while (code == RUNNING && !once);
-  core->derived = core->observed = 0;
+  changed(core);
   if (code == RUNNING) return UNDERWAY;
   return code == REACHED ? DONE : stopped(core, code);
 }
@@ -495,7 +544,7 @@ void core_save(Core *core, char *to) {
   memcpy(to, &p, sizeof p);
   memcpy(to + sizeof p, core->given, given);
   memcpy(to + sizeof p + given, core->memory, (size_t)head(core)->image);
-  relocate(&core->model, to + sizeof p + given, -(uint64_t)(uintptr_t)core->memory);
+  relocate_image(core, to + sizeof p + given, -(uint64_t)(uintptr_t)core->memory);
 }
 
 int core_restore(Core *core, const char *from, size_t size) {
@@ -505,9 +554,9 @@ int core_restore(Core *core, const char *from, size_t size) {
   memcpy(&p, from, sizeof p);
   memcpy(core->given, from + sizeof p, given);
   memcpy(core->memory, from + sizeof p + given, (size_t)head(core)->image);
-  relocate(&core->model, core->memory, (uint64_t)(uintptr_t)core->memory);
+  relocate_image(core, core->memory, (uint64_t)(uintptr_t)core->memory);
   core->t = p.t, core->before = p.before, core->stretch = p.stretch, core->method = p.method;
   core->restart = (int)p.restart, core->changeable = (int)p.changeable, core->ended = (int)p.ended;
-  core->derived = core->observed = 0;
+  changed(core);
   return DONE;
 }

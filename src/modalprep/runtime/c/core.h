@@ -18,6 +18,7 @@ typedef struct {
     codes;                                                                                         /* sizes */
   I method, may_change, bounded;                                                                   /* of the run */
   I equations, run, watch, outside, y, state, ydot, row, time, rtol;                               /* places */
+  I slopes, slope_relocations, tangent, seed, found; /* of the image for directional derivatives; no bytes: without */
 } Head;
 /* An input or a parameter, and its places; moves: of a prescribed motion, whose rate and acceleration are inputs too. */
 typedef struct { I first, count, moves; double start; } Given;
@@ -30,8 +31,8 @@ typedef struct { I first, count, direction, terminal; char name[64]; } Indicator
 typedef struct {
   char *file;
   const Head *head;
-  const char *image;
-  const I *relocations, *combined, *middles;
+  const char *image, *slopes;
+  const I *relocations, *slope_relocations, *combined, *middles;
   const Given *given;
   const Place *places;
   const Term *terms;
@@ -44,12 +45,13 @@ typedef struct {
 typedef struct {
   Model model;
   char *raw, *memory; /* the image, its addresses put right */
+  char *raw_slopes, *slopes; /* that for directional derivatives */
   double *given; /* values of inputs and parameters, rates, accelerations, times at which these were given */
   double *side;  /* signs of the indicators at the last event, behind those */
   char *back;    /* the last state before a step that may pass an event which ends the run */
   double t, before;   /* s, now and at the last completed step */
   I stretch, method;
-  int derived, observed, restart, changeable; /* changeable: states and parameters may be set */
+  int derived, observed, differentiated, restart, changeable; /* changeable: states and parameters may be set */
   int exchange, ended;                        /* model exchange; an event has ended the run */
   void *owner;
   Say say;
@@ -71,6 +73,10 @@ int core_next_stretch(Core *core);
 double core_next_break(Core *core);
 int core_step(Core *core, double end);
 int core_advance(Core *core, double end, int once);
+double *core_input(Core *core, I k);
+void core_put_input(Core *core, I k, double value);
+int core_differentiate(Core *core);
+void core_follow(Core *core);
 int core_directional(Core *core, const uint32_t unknown[], size_t nu, const uint32_t known[], size_t nk,
                      const double seed[], double found[]);
 int core_set_derivative(Core *core, uint32_t reference, int order, double value);

@@ -158,9 +158,21 @@ NOTHING(GetNumberOfVariableDependencies, R r, size_t *n)
 NOTHING(GetVariableDependencies, R r, size_t e[], R i[], size_t f[], int kinds[], size_t n)
 API Status fmi3GetDirectionalDerivative(void *c, const R u[], size_t nu, const R k[], size_t nk, const double s[], size_t ns,
                                         double d[], size_t nd) {
-  RESULT(core_directional(CORE(c), u, nu, k, nk, s, d));
+  RESULT(ns == nk && nd >= nu && core_directional(CORE(c), u, nu, k, nk, s, d));
 }
-NOTHING(GetAdjointDerivative, const R u[], size_t nu, const R k[], size_t nk, const double s[], size_t ns, double d[], size_t nd)
+API Status fmi3GetAdjointDerivative(void *c, const R u[], size_t nu, const R k[], size_t nk, const double s[], size_t ns,
+                                    double d[], size_t nd) {
+  if (ns != nu || nd < nk) return ERROR;
+  double one = 1, *column = malloc(8 * nu + 8);
+  int done = column != 0;
+  for (size_t j = 0; done && j < nk; j++) {
+    done = core_directional(CORE(c), u, nu, k + j, 1, &one, column);
+    d[j] = 0;
+    for (size_t i = 0; done && i < nu; i++) d[j] += s[i] * column[i];
+  }
+  free(column);
+  RESULT(done);
+}
 NOTHING(GetIntervalDecimal, const R r[], size_t n, double v[], int q[])
 NOTHING(GetIntervalFraction, const R r[], size_t n, uint64_t a[], uint64_t b[], int q[])
 NOTHING(GetShiftDecimal, const R r[], size_t n, double v[])
