@@ -266,7 +266,7 @@ def test_refusals(beam, tmp_path):
     rigid = mp.rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     with pytest.raises(mp.InputError, match="body 'rod' has no modes to write for Exudyn; make it"):
         write_exudyn(rigid, tmp_path / "rod.npz")
-    with pytest.raises(mp.InputError, match=r"beam\.dat must end in \.npz"):
+    with pytest.raises(mp.InputError, match=r"beam\.dat: a body of Exudyn ends in \.npz"):
         write_exudyn(beam, tmp_path / "beam.dat")
     with pytest.raises(mp.InputError, match="cannot write"):
         write_exudyn(beam, "/proc/no/beam.npz")

@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.fe.readers.surface import read_surface
-from modalprep.formats import read_mjcf, read_urdf
+from modalprep.formats import read_mjcf, read_urdf, write_mjcf
+from modalprep.formats.robots.mjcf_write import lost_in_mjcf
 from modalprep.multibody import inverse_dynamics
 from modalprep.multibody.analysis.inverse_dynamics import hinge_forces
 from modalprep.pipeline.console import Reporter
@@ -95,6 +96,63 @@ def test_free_and_ball_joints_accelerate_as_in_mujoco(tmp_path):
     y = np.concatenate([data.qpos[:7], ball.as_quat(scalar_first=True), own])
     missing = hinge_forces(system, y, expected)
     assert_close(missing, np.zeros(9), ROUND_OFF, scale=9.81 * model.body_mass.sum())
+
+
+UNGEARED = ALL.replace(' armature="0.05"', "").replace(' armature="0"', "")  # a rotor is a body here
+
+
+def test_what_is_written_is_the_same_model_for_mujoco(tmp_path):
+    """Joints of one to three coordinates, springs, dampers, gravity: torques of MuJoCo for both files."""
+    mujoco, *first = mujoco_of(UNGEARED)
+    system = read_mjcf(written(tmp_path, UNGEARED))
+    _, *second = mujoco_of(write_mjcf(system, tmp_path / "back.xml").read_text())
+    x, v, a = np.random.default_rng(1).uniform(-1, 1, (3, first[0].nv))
+    for model, data in (first, second):
+        data.qpos[:], data.qvel[:], data.qacc[:] = x + model.qpos0, v, a
+        mujoco.mj_inverse(model, data)
+    torques = first[1].qfrc_inverse
+    assert_close(second[1].qfrc_inverse, torques, ROUND_OFF, scale=np.abs(torques).max())
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    """Trees, free and ball joints, sites, loops, a coupler; friction and a range; what has no place is told."""
+    equality = """<equality><connect name="pin" site1="tip" site2="end"/>
+    <joint name="gear" joint1="jd1" joint2="ja" polycoef="0.1 -2 0 0 0"/></equality></mujoco>"""
+    site = '<site name="end" pos="0 0.1 0"/><body name="d"'
+    text = UNGEARED.replace("</mujoco>", equality).replace('<body name="d"', site)
+    text = text.replace('pos="0.05 0 0.1"/>', 'pos="0.05 0 0.1" range="-40 50" frictionloss="0.2"/>')
+    for each in (text, TURNING):
+        system = read_mjcf(written(tmp_path, each))
+        back = read_mjcf(write_mjcf(system, tmp_path / "back.xml"))
+        assert [(j.type, j.parent.partition(".")[0], j.child) for j in back.joints] == [
+            (j.type, j.parent.partition(".")[0], j.child) for j in system.joints
+        ]
+        for one, other in zip(system.joints, back.joints, strict=True):
+            assert_close([*one.axis, *one.rotation.ravel()], [*other.axis, *other.rotation.ravel()], 1e-12, scale=1.0)
+            assert [vars(e) for e in one.elements] == [vars(e) for e in other.elements]
+            assert one.range == other.range
+        for name, body in system.bodies.items():
+            for key in ("m", "s0", "E0"):
+                assert_close(getattr(back.bodies[name], key), getattr(body, key), 1e-12, scale=1.0)
+        assert np.array_equal(back.gravity, system.gravity)
+    pin, gear = read_mjcf(write_mjcf(read_mjcf(written(tmp_path, text)), tmp_path / "back.xml")).closures
+    assert pin.type == "spherical"
+    assert gear.factors == {"d_joint.1": 1.0, "ja": 2.0}
+    assert gear.value(0.0)[0] == 0.1
+
+
+def test_what_mjcf_does_not_hold_is_told_or_refused(tmp_path):
+    system = read_mjcf(written(tmp_path, TURNING))
+    moved = system.joints[0].with_(angular_velocity=(0, 0, 1.0))
+    assert lost_in_mjcf(system.with_(joints=(moved, *system.joints[1:]))) == [
+        f"start values of joints {moved.name} have no place in an MJCF file"
+    ]
+    screw = system.joints[1].with_(type="screw", pitch=0.1, elements=())
+    with pytest.raises(mp.InputError, match="an MJCF file has no screw joint"):
+        write_mjcf(system.with_(joints=(system.joints[0], screw)), tmp_path / "x.xml")
+    with pytest.raises(mp.InputError, match=r"an MJCF file ends in \.xml"):
+        write_mjcf(system, tmp_path / "x.urdf")
+    assert not (tmp_path / "x.xml").exists()
 
 
 ARM = """<robot name="arm"><link name="base"/><link name="upper"><inertial><origin xyz="0.1 0 0.2" rpy="0.3 0.2 0.1"/>

@@ -165,6 +165,17 @@ def test_an_event_ends_the_run(tmp_path):
         assert apart(history, run, outputs) < 1e-6, job
 
 
+def test_an_event_that_passes_and_comes_back_within_a_step_ends_the_run(tmp_path):
+    """It is negative for 2 ms in the middle of a second, where `simulate` ends; steps are longer."""
+    event = Event(name="brief", when="(t - 0.503)^2 - 1e-6 + 1e-9*hinge.angle", terminal=True)
+    write_fmu(arm(), tmp_path / "arm2.fmu", t_end=1.0, output_step=1.0, rtol=1e-4, events=[event])
+    run = mp.simulate(arm(), t_end=1.0, output_step=1.0, rtol=1e-4, events=[event])
+    instance = Instance(tmp_path / "arm", tmp_path / "arm2.fmu")
+    made = instance.begun()
+    assert instance.step(made, 0.0, 1.0) == 2  # fmi2Discard
+    assert abs(instance.get(made, "time") - run.events["brief"][0]) < 1e-9
+
+
 def test_events_that_only_report_are_indicators(tmp_path):
     """The zeros of the indicators are the events of `simulate`, in every function that expressions have."""
     texts = (

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from zipfile import ZipFile
 
 import numpy as np
@@ -11,6 +12,7 @@ from compare import assert_close
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
+from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.runtime.fmu import write_fmu
 
 STEP, END = 0.01, 20.0
@@ -57,3 +59,31 @@ def test_a_fixed_step_takes_the_same_number_of_evaluations_everywhere(spin_up, a
         stats = mp.simulate(system, 1.0, output_step=0.5, **FIXED).stats
         assert stats["rejected"] == stats["halved"] == 0
         assert stats["evaluations"] <= 5 * stats["steps"] + 5
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="loads a Linux library")
+def test_the_s_function_steps_as_the_fmu_does(spin_up, project, tmp_path):
+    """Called as by Simulink, with stand-ins of its functions; an input that is held, against `simulate`."""
+    pytest.importorskip("ziglang")
+    program, stand_in = tmp_path / "s_function", project / "tests" / "runtime" / "simulink"
+    source = project / "docs" / "how-to" / "s_function.c"
+    options = ["-Wall", "-Wno-unused-function", "-Werror", "-DMATLAB_MEX_FILE", f"-I{stand_in}", "-ldl"]
+    subprocess.run([sys.executable, "-m", "ziglang", "cc", "-o", program, source, *options], check=True)
+    motor = HingeElement(damping=40.0, drive=0.0)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", elements=motor)
+    system = mp.System(bodies=spin_up.bodies, joints=(hinge,))
+    model = write_fmu(system, tmp_path / "beam.fmu", kind="cs", t_end=1.0, **FIXED)
+    with ZipFile(tmp_path / "beam.fmu") as archive:
+        archive.extractall(tmp_path / "fmu")
+    references = {each.name: each.reference for each in model.variables}
+    (library,) = (tmp_path / "fmu" / "binaries").rglob("*.so")
+    own = [library, model.token, (tmp_path / "fmu" / "resources").as_uri()]
+    own += [references["hinge.drive_input"], references["beam.tip.deflection[2]"], STEP, 50, 300.0]
+    ran = subprocess.run([program, *map(str, own)], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    driven = mp.System(bodies=spin_up.bodies, joints=(replace(hinge, elements=replace(motor, drive=300.0)),))
+    run = mp.simulate(driven, 0.5, output_step=0.5, **FIXED)
+    assert abs(float(ran.stdout) / run["beam.tip.deflection.y"][-1] - 1) < 1e-9
+    own[1] = "another"
+    ran = subprocess.run([program, *map(str, own)], capture_output=True, text=True)
+    assert "cannot be initialised" in ran.stderr

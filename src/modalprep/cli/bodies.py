@@ -179,7 +179,7 @@ def check(
 @app.command()
 def export(
     file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or the pipeline file (TOML) of a system.")],
-    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; systems: fmu, urdf, exudyn, mbdyn.")],
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; systems: fmu, urdf, mjcf, exudyn, mbdyn.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,
@@ -232,7 +232,7 @@ def export(
         _export_fmu(file, target, options, output, as_json)
         return
     _refuse_given(to, fmi=fmi, kind=kind, platform=platform, step=step)
-    if to == "urdf" or (file.suffix == ".toml" and to in SYSTEM_EXPORTS):
+    if to in ("urdf", "mjcf") or (file.suffix == ".toml" and to in SYSTEM_EXPORTS):
         _refuse_given(to, **of_bodies)
         _export_system(file, to, target, output, as_json)
         return

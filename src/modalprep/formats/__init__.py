@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from modalprep.formats.responsefile import write_response as write_response
     from modalprep.formats.resultfile import read_csv as read_csv
     from modalprep.formats.resultfile import write_csv as write_csv
+    from modalprep.formats.robots.mjcf_write import write_mjcf as write_mjcf
     from modalprep.formats.robots.read import read_mjcf as read_mjcf
     from modalprep.formats.robots.read import read_urdf as read_urdf
     from modalprep.formats.robots.write import write_urdf as write_urdf

@@ -13,6 +13,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.coupling import coupling_matrices
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.refusals import with_suffix
 
 
 def write_coupling(body: FlexibleBody, path: str | Path, point: str | Sequence[float] = (0.0, 0.0, 0.0)) -> Path:
@@ -45,9 +46,7 @@ def write_coupling(body: FlexibleBody, path: str | Path, point: str | Sequence[f
     >>> json.loads(file.read_text())["mass"][0][0]
     12.0
     """
-    path = Path(path)
-    if path.suffix not in (".json", ".mat"):
-        raise InputError(f"{path}: coupling matrices are written to .json or .mat files; give one with -o")
+    path = with_suffix(path, "a file of coupling matrices", ".json", ".mat")
     found = coupling_matrices(body, _numbers(point) if isinstance(point, str) else point)
     arrays = {name: getattr(found, name) for name in found.__dataclass_fields__}
     named = {"body": body.name, "mode_names": list(body.mode_names)}

@@ -9,10 +9,10 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.fe.mesh.facets import boundary, corners, of_dimension
 from modalprep.formats.contractions import inertia, moment
 from modalprep.formats.nodes import refuse_other_modal_mass
+from modalprep.formats.refusals import refuse_without_modes, with_suffix
 from modalprep.vectors import skew
 
 ROTATION = "NodeType.RotationEulerParameters"
@@ -73,12 +73,9 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     ...     data["modeBasis"].shape, float(data["totalMass"])
     ((159, 2), 12.0)
     """
-    path = Path(path)
-    if not body.n:
-        raise InputError(f"body {body.name!r} has no modes to write for Exudyn; make it an ObjectRigidBody there")
+    refuse_without_modes(body, "for Exudyn", "make it an ObjectRigidBody there")
     refuse_other_modal_mass(body)
-    if path.suffix != ".npz":
-        raise InputError(f"Exudyn finds its file by the name: {path} must end in .npz")
+    path = with_suffix(path, "a body of Exudyn", ".npz")
     arrays: dict[str, Any] = {**_nodes(body), **inertia_blocks(body), **_header(body)}
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez(file, **arrays)

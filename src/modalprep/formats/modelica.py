@@ -11,6 +11,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.refusals import refuse_without_modes
 
 ARRAYS = {  # fields of a body, and what they are
     "s0": "first moment of mass, kg m",
@@ -63,8 +64,7 @@ def write_modelica(body: FlexibleBody, path: str | Path) -> Path:
       parameter Integer n = 2 "number of modes";
     """
     path = Path(path)
-    if not body.n:
-        raise InputError(f"body {body.name!r} has no modes to write for Modelica; take a body of the standard library")
+    refuse_without_modes(body, "for Modelica", "take a body of the standard library")
     if not re.fullmatch(r"[A-Za-z_]\w*", path.stem, flags=re.ASCII):
         raise InputError(f"{path}: {path.stem!r} is no name in Modelica; begin with a letter, then letters and digits")
     with atomic_path(path) as temporary:

@@ -14,6 +14,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix
 from modalprep.errors import InputError
+from modalprep.formats.refusals import refuse_without_modes
 from modalprep.records import Record
 from modalprep.vectors import skew
 
@@ -84,8 +85,7 @@ def superelement(body: FlexibleBody) -> Superelement:
     >>> whole.physical, whole.frequency  # the first of the beam clamped at both ends, in the two planes
     ((0, 1), array([3.8448, 7.6810]))
     """
-    if not body.n:
-        raise InputError(f"body {body.name!r} has no modes to write for Nastran; make it a CONM2 there")
+    refuse_without_modes(body, "for Nastran", "make it a CONM2 there")
     if not body.at_root:
         raise InputError(f"body {body.name!r} has its {body.frame}; a superelement needs reroot(body, interface) first")
     Phi = np.concatenate([body.phi, body.psi], axis=1)

@@ -10,8 +10,8 @@ import scipy
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.formats.nastran import superelement
+from modalprep.formats.refusals import with_suffix
 
 HEAD = b"MATLAB 5.0 MAT-file, written by modalprep"  # 116 characters, in place of the time of writing
 
@@ -49,9 +49,7 @@ def write_simscape(body: FlexibleBody, path: str | Path) -> Path:
     array([[ 0.,  0.,  0.],
            [10.,  0.,  0.]])
     """
-    path = Path(path)
-    if path.suffix != ".mat":
-        raise InputError(f"{path}: Simscape's data are written to a .mat file; give one with -o")
+    path = with_suffix(path, "a body of Simscape", ".mat")
     whole = superelement(body)
     frames = list(whole.physical)
     data = {

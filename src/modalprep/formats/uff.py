@@ -11,6 +11,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_of
+from modalprep.formats.refusals import refuse_without_modes
 
 BEAM = 21  # has a record of its own for orientation and cross sections
 COLOUR = 7
@@ -59,8 +60,7 @@ def write_uff(body: FlexibleBody, path: str | Path) -> Path:
     """
     if not body.cells:
         raise InputError(f"body {body.name!r} has no mesh to write; a universal file needs one")
-    if not body.n:
-        raise InputError(f"body {body.name!r} has no modes to write; a rigid body has none")
+    refuse_without_modes(body, "to a file of modes", "a rigid body has none")
     with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii", errors="replace") as file:
         file.writelines(_dataset(164, _units()))
         file.writelines(_dataset(2411, _nodes(body.points)))

@@ -14,6 +14,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery import BodyMotion
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.formats.refusals import refuse_without_modes
 from modalprep.multibody.results.fields import cell_fields, node_field, on_mesh
 from modalprep.multibody.results.recovered import body_motion
 from modalprep.multibody.results.result import Result
@@ -59,8 +60,7 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     ['mode_01_0.6Hz', 'mode_02_1.2Hz']
     """
     _refuse_without_mesh(body)
-    if not body.n:
-        raise InputError(f"body {body.name!r} has no modes to write on its mesh; a rigid body has none")
+    refuse_without_modes(body, "on its mesh", "a rigid body has none")
     return _write(path, body, body.points, _modes(body), {})
 
 

@@ -27,6 +27,7 @@ class SystemExport(NamedTuple):
 
 SYSTEM_EXPORTS = {
     "urdf": SystemExport(".urdf", "robots.write.write_urdf", "robots.write.lost_in_urdf"),
+    "mjcf": SystemExport(".xml", "robots.mjcf_write.write_mjcf", "robots.mjcf_write.lost_in_mjcf"),
     "exudyn": SystemExport(".py", "decks.exudyn.write_exudyn_script", "decks.exudyn.lost_in_exudyn_script", runs=True),
     "mbdyn": SystemExport(".mbd", "decks.mbdyn.write_mbdyn_deck", "decks.mbdyn.lost_in_mbdyn_deck", runs=True),
 }

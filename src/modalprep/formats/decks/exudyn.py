@@ -11,11 +11,11 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.formats.decks.start import refuse_others, start_of
 from modalprep.formats.decks.time_text import is_zero, python_text
 from modalprep.formats.export import lost_in
 from modalprep.formats.exudyn import write_exudyn
+from modalprep.formats.refusals import with_suffix
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -71,9 +71,7 @@ def write_exudyn_script(
     ['pendulum-arm.npz', 'pendulum.py']
     """
     refuse_other("write_exudyn_script: the system", System, system)
-    path = Path(path)
-    if path.suffix != ".py":
-        raise InputError(f"{path}: a script of Exudyn ends in .py; give such a name with -o")
+    path = with_suffix(path, "a script of Exudyn", ".py")
     refuse_others(system, "a script of Exudyn", KINDS, elements=True)
     times = {"T_END": t_end, "STEP": step, "PERIOD": output_step}
     lines = list(_lines(system, path.stem, times))

@@ -12,11 +12,11 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.formats.decks.start import refuse_others, start_of
 from modalprep.formats.decks.time_text import mbdyn_text
 from modalprep.formats.export import lost_in
 from modalprep.formats.mbdyn import carried_interfaces, write_mbdyn
+from modalprep.formats.refusals import with_suffix
 from modalprep.multibody.model.constraints import Closure
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -114,9 +114,7 @@ def write_mbdyn_deck(
     ['pendulum-arm.fem', 'pendulum.mbd']
     """
     refuse_other("write_mbdyn_deck: the system", System, system)
-    path = Path(path)
-    if path.suffix != ".mbd":
-        raise InputError(f"{path}: a deck of MBDyn ends in .mbd; give such a name with -o")
+    path = with_suffix(path, "a deck of MBDyn", ".mbd")
     refuse_others(system, "a deck of MBDyn", HELD, elements=False)
     deck = _deck(system, path.stem)
     every = max(1, round(output_step / step))

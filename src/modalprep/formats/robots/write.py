@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -79,52 +79,89 @@ def lost_in_urdf(system: System) -> list[str]:
     >>> lost_in_urdf(System(bodies={"arm": uniform_beam(modes=0, truncation=())}, joints=(free,)))
     ['start values of joints free have no place in a URDF file']
     """
+    closures = [each.name for each in system.closures if not _follows(system, each)]
+    given = {
+        "gravity": np.any(system.gravity) or system.orbit is not None,
+        "loads": len(system.loads) > 0,
+        "depletions": len(system.depletions) > 0,
+    }
+    return lost_in_robot(system, "a URDF file", _lost_of, closures, given)
+
+
+def lost_in_robot(
+    system: System,
+    file: str,
+    lost_of: Callable[[Joint], Iterable[str]],
+    closures: Sequence[str],
+    given: Mapping[str, object],
+) -> list[str]:
+    """Return notes on what of a system a robot file does not hold.
+
+    Parameters
+    ----------
+    lost_of : callable
+        What of a joint, beside its start values and prescribed motion.
+    closures : sequence of str
+        Which of them.
+    given : {what of the system: whether there is such}
+    """
+    rigid = file.partition(" ")[2]
     said = [
-        f"body {name} is a rigid link in the URDF file: its {body.n} modes are left out"
+        f"body {name} is a rigid link in the {rigid}: its {body.n} modes are left out"
         for name, body in system.bodies.items()
         if body.n
     ]
     joints: dict[str, list[str]] = {}
     for joint in system.joints:
-        for what in _lost_of(joint):
+        for what in (*_lost_start(joint), *lost_of(joint)):
             joints.setdefault(what, []).append(joint.name)
-    parts = {
-        "gravity": np.any(system.gravity) or system.orbit is not None,
-        "loads": len(system.loads) > 0,
-        "depletions": len(system.depletions) > 0,
-    }
-    closures = [each.name for each in system.closures if not _follows(system, each)]
-    said += [f"{what} of joints {', '.join(names)} have no place in a URDF file" for what, names in joints.items()]
-    said += [f"closures and couplers have no place in a URDF file: {', '.join(closures)}"] if closures else []
-    return said + [f"{what} of the system has no place in a URDF file" for what, given in parts.items() if given]
+    said += [f"{what} of joints {', '.join(names)} have no place in {file}" for what, names in joints.items()]
+    said += [f"closures and couplers have no place in {file}: {', '.join(closures)}"] if closures else []
+    return said + [f"{what} of the system has no place in {file}" for what, there in given.items() if there]
 
 
-def _lost_of(joint: Joint) -> Iterator[str]:
+def _lost_start(joint: Joint) -> Iterator[str]:
     starts = (joint.angle, joint.rate, joint.displacement, joint.speed, joint.velocity, joint.angular_velocity)
     if any(np.any(each) for each in starts):
         yield "start values"
     if joint.motion is not None:
         yield "prescribed motions"
+
+
+def _lost_of(joint: Joint) -> Iterator[str]:
     if any(each.stiffness or each.limited or each.drive is not None for each in joint.elements):
         yield "springs, stops and drives"
     if joint.type not in SINGLE and any(each.damping or each.friction for each in joint.elements):
         yield "dampers and friction"
 
 
-def _text(values: np.ndarray) -> str:
+def text_of(values: Iterable[float] | np.ndarray) -> str:
+    """Return numbers as an attribute of a robot file."""
     return " ".join(repr(float(value) + 0.0) for value in values)
+
+
+def rigid_mass(body: FlexibleBody, name: str) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return mass, centre (3,) and inertia about it (3, 3) of a body as it is at rest, at its joint.
+
+    Raises
+    ------
+    InputError
+        When its frame is not that of its root.
+    """
+    if not body.at_root:
+        raise InputError(f"body {name!r} has its frame at its {body.frame}; a robot's link has it at its joint")
+    centre = body.s0 / body.m
+    J = np.trace(body.E0) * np.eye(3) - body.E0 - body.m * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    return float(body.m), centre, J
 
 
 def _link(name: str, body: FlexibleBody) -> ET.Element:
     """Return the link of a body, rigid as it is at rest."""
-    if not body.at_root:
-        raise InputError(f"body {name!r} has its frame at its {body.frame}; a URDF link has it at its joint")
-    centre = body.s0 / body.m
-    J = np.trace(body.E0) * np.eye(3) - body.E0 - body.m * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    mass, centre, J = rigid_mass(body, name)
     link = ET.Element("link", name=name)
     inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_text(centre), rpy="0 0 0")
-    ET.SubElement(inertial, "mass", value=repr(float(body.m)))
+    ET.SubElement(inertial, "origin", xyz=text_of(centre), rpy="0 0 0")
+    ET.SubElement(inertial, "mass", value=repr(mass))
     six = {f"i{'xyz'[a]}{'xyz'[b]}": repr(float(J[a, b])) for a in range(3) for b in range(a, 3)}
     ET.SubElement(inertial, "inertia", six)
     return link
@@ -141,7 +178,7 @@ def _joint(system: System, joint: Joint, child: str) -> ET.Element:
     ET.SubElement(element, "parent", link=parent)
     ET.SubElement(element, "child", link=child)
     if joint.type in (*SINGLE, "planar"):
-        ET.SubElement(element, "axis", xyz=_text(joint.rotation.T @ joint.axis))
+        ET.SubElement(element, "axis", xyz=text_of(joint.rotation.T @ joint.axis))
     if joint.type in SINGLE:
         _add_forces(element, joint)
         _add_mimic(element, system, joint)
@@ -159,7 +196,7 @@ def _add_origin(element: ET.Element, place: np.ndarray, rotation: np.ndarray) ->
         angles = np.array(
             [0.0, np.arctan2(sine, np.hypot(*rotation[2, 1:])), np.arctan2(-rotation[0, 1], rotation[1, 1])]
         )
-    ET.SubElement(element, "origin", xyz=_text(place), rpy=_text(angles))
+    ET.SubElement(element, "origin", xyz=text_of(place), rpy=text_of(angles))
 
 
 def _place(body: FlexibleBody, interface: str) -> np.ndarray:

@@ -2,9 +2,12 @@
 #include "core.h"
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #define DEEPEST 64    /* runtime/indicators.py */
 #define EXACT 1e-12   /* of the time of an event that ends a run */
+#define PROBE 1e-4    /* of the time that is asked for: the step of rates */
 enum { NUMBER, TIME_ITSELF, COORDINATE, COLUMN, ADD, MULTIPLY, POWER, FIRST_FUNCTION }; /* runtime/indicators.py */
 typedef double (*Function)(double);
 static const Function functions[] = { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, log };
@@ -107,13 +110,67 @@ static int locate(Core *core, double low, double high) {
   return core_restore(core, core->back, core_saved_size(core)) && core_advance(core, high, 0);
 }
 
-int core_advance_to_event(Core *core, double end) {
-  int going = UNDERWAY;
+/* Values of the events that end a run, and their rates: by differences along those of the state. */
+static int course(Core *core, double probe, double *value, double *rate, double *scratch) {
+  I n = core->model.head->states;
+  double t = core->t, *y = scratch, *moved = scratch + n, *ydot = scratch + 2 * n;
+  core_get_states(core, y);
+  if (!core_rates(core, ydot)) return FAILED;
+  for (I k = 0; k < core->model.head->indicators; k++) {
+    double later = 0, earlier = 0;
+    if (!core->model.indicators[k].terminal) continue;
+    int done = core_indicator(core, k, value + k);
+    for (int side = 1; done && side >= -1; side -= 2) {
+      for (I i = 0; i < n; i++) moved[i] = y[i] + side * probe * ydot[i];
+      core_put_states(core, moved);
+      core_time(core, t + side * probe);
+      done = core_indicator(core, k, side > 0 ? &later : &earlier);
+    }
+    core_put_states(core, y);
+    core_time(core, t);
+    if (!done) return FAILED;
+    rate[k] = (later - earlier) / (2 * probe);
+  }
+  return DONE;
+}
+
+/* Where in a step, from 0 to 1, the cubic of values and rates at both ends is farthest beyond zero; 1: nowhere. */
+static double beyond_zero(double z0, double z1, double r0, double r1) {
+  double a = 3 * (r0 + r1) - 6 * (z1 - z0), b = 6 * (z1 - z0) - 4 * r0 - 2 * r1; /* its rate: r0 + b s + a s^2 */
+  if (z0 * z1 <= 0 || z0 * r0 >= 0 || z1 * r1 <= 0) return 1;
+  double s = 2 * r0 / (-b + (r0 > 0 ? 1 : -1) * sqrt(fmax(b * b - 4 * a * r0, 0))); /* the only zero between */
+  return s > 0 && s < 1 && z0 * (z0 + s * (r0 + s * (b / 2 + s * a / 3))) < 0 ? s : 1;
+}
+
+/* Take a step up to where an event that ends the run may have passed, and would have come back at the end. */
+static int shorten(Core *core, double before, const double *z, double probe, double *scratch) {
+  I m = core->model.head->indicators;
+  const double *r = z + m;
+  double h = core->t - before, first = 1, *z1 = scratch, *r1 = z1 + m;
+  if (!course(core, probe, z1, r1, r1 + m)) return FAILED;
+  for (I k = 0; k < m; k++)
+    if (core->model.indicators[k].terminal) first = fmin(first, beyond_zero(z[k], z1[k], h * r[k], h * r1[k]));
+  if (first == 1) return DONE;
+  return core_restore(core, core->back, core_saved_size(core)) && core_advance(core, before + first * h, 0) ? UNDERWAY : FAILED;
+}
+
+static int advance_to_event(Core *core, double end, double *z, double *scratch) {
+  double probe = PROBE * (end - core->t);
+  size_t values = 16 * (size_t)core->model.head->indicators;
+  int going = UNDERWAY, known = 0;
   while (going == UNDERWAY && !core->ended) {
     double before = core->t;
+    if (!known && !course(core, probe, z, z + core->model.head->indicators, scratch)) return FAILED;
     core_save(core, core->back);
     going = core_advance(core, end, 1);
     if (!going) return FAILED;
+    if (!ends(core)) {
+      int shorter = shorten(core, before, z, probe, scratch);
+      if (!shorter) return FAILED;
+      known = shorter == DONE;
+      if (known) memcpy(z, scratch, values);
+      else going = UNDERWAY;
+    }
     if (ends(core)) {
       if (!locate(core, before, core->t)) return FAILED;
       core->ended = 1;
@@ -122,4 +179,12 @@ int core_advance_to_event(Core *core, double end) {
     keep_sides(core);
   }
   return DONE;
+}
+
+int core_advance_to_event(Core *core, double end) {
+  size_t m = (size_t)core->model.head->indicators, n = (size_t)core->model.head->states;
+  double *memory = malloc(8 * (4 * m + 3 * n)); /* values and rates at both ends of a step, and two states with a rate */
+  int done = memory ? advance_to_event(core, end, memory, memory + 2 * m) : says(core, 1, core->model.indicators, "has no memory");
+  free(memory);
+  return done;
 }
