@@ -87,6 +87,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
         "multibody.analysis.state_space", "multibody.evaluation.system_state",
         "multibody.evaluation.evaluator", "multibody.reference.equations",  # where a system starts, in decks
         *(f"multibody.model.{name}" for name in "constraints joint joint_element loads system time_function".split()),
+        "multibody.model.joint_types",
     },
     # the solver sees bodies, their mass at a deflection and a fill level and the motion from which they recover forces;
     # of its own it makes only rigid rods

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from modalprep.report.page import BodyPage
 
 MODES = "-modes.html"  # ends the names of the pages of `modes`, so that the full report of `run` stays as it is
+OF_SYSTEMS = "fmu, urdf, mjcf, exudyn, mbdyn"
 
 
 @app.command()
@@ -179,7 +180,7 @@ def check(
 @app.command()
 def export(
     file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or the pipeline file (TOML) of a system.")],
-    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; systems: fmu, urdf, mjcf, exudyn, mbdyn.")],
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}; of systems: {OF_SYSTEMS}.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,
