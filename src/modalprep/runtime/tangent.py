@@ -312,7 +312,8 @@ def _follow_turn(x, u, nx, out, own):
     v, w = (d[1], d[2], d[3]), (e[1], e[2], e[3])
     turn = scaled3(2.0, sub3(axpy3(scaled3(e[0], v), -d[0], w), cross(w, v)))
     put3(own.move[u:], turn)
-    by_turn, by_spin = quaternion_rate(d, take3(out.state, nx + u)), quaternion_rate(e, take3(own.seed, nx + u))
+    by_turn = quaternion_rate(d, take3(out.state, nx + u))
+    by_spin = quaternion_rate(e, take3(own.seed, nx + u))
     for k in range(4):
         own.found[x + k] = by_turn[k] + by_spin[k]
     return turn
