@@ -95,7 +95,7 @@ def test_files(beam, tmp_path):
         ("1,2", "b.json", "give three numbers x, y, z in m"),
         ("a,b,c", "b.json", "give x,y,z in m, such as"),
         ("0,0,nan", "b.json", "give three numbers x, y, z in m"),
-        ("0,0,0", "b.txt", "written to .json or .mat files"),
+        ("0,0,0", "b.txt", "of coupling matrices ends in .json or .mat"),
     ],
 )
 def test_bad_input_is_one_sentence(beam, point, file, said, tmp_path):
