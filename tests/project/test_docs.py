@@ -100,7 +100,8 @@ def test_how_to_names_files_that_exist(page, project):
 def test_how_to_names_what_the_code_has(project):
     """Capital names in backquotes and the functions beside their files."""
     tests = (file.read_text() for file in (project / "tests").rglob("*.py"))
-    words = set(re.findall(r"\w+", "\n".join([*source(project).values(), *tests])))
+    c = (file.read_text() for file in (project / "src").rglob("*.[ch]"))
+    words = set(re.findall(r"\w+", "\n".join([*source(project).values(), *c, *tests])))
     for page in (project / "docs" / "how-to").glob("*.md"):
         for name in re.findall(r"`(_?[A-Za-z]\w+)`", page.read_text()):
             assert name in words, f"{page.name}: {name}"

@@ -92,7 +92,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     # the solver sees bodies, their mass at a deflection and a fill level and the motion from which they recover forces;
     # of its own it makes only rigid rods
     ("multibody", "body"): {
-        *(f"body.{name}" for name in "deflection flexible_body levels line mass recovery rigid".split()),
+        *(f"body.{name}" for name in "deflection exponential flexible_body levels line mass recovery rigid".split()),
         *(f"body.stations.{name}" for name in "error motion record second_order shape".split()),
     },
     # of the model, what the cells of a mesh are, and how matrices of other programs are read

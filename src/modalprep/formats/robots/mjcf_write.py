@@ -54,7 +54,7 @@ def write_mjcf(system: System, path: str | Path) -> Path:
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> system = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> file = write_mjcf(system, Path(tempfile.mkdtemp()) / "arm.xml")
-    >>> [(each.tag, each.get("name")) for each in ET.parse(file).getroot().find("worldbody/body")]
+    >>> [(each.tag, each.get("name")) for each in ET.parse(file).getroot().iterfind("worldbody/body/*")]
     [('joint', 'hinge'), ('inertial', None), ('site', 'arm_tip')]
     >>> lost_in_mjcf(system)
     ['body arm is a rigid link in the MJCF file: its 2 modes are left out']
