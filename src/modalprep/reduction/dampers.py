@@ -37,7 +37,7 @@ def damping_in_basis(body: ModalBody, Y: np.ndarray) -> dict[str, Any]:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> damping_in_basis(uniform_beam(modes=2, damping=0.01), np.eye(2)[:, :1])["D"].shape
+    >>> damping_in_basis(uniform_beam(modes=2), np.eye(2)[:, :1])["D"].shape
     (1,)
     """
     if body.coupled_damping is None:
