@@ -80,6 +80,16 @@ def test_the_task_is_sent_once(team):
     assert counted.sent == 1
 
 
+def test_a_job_that_the_scheduler_lets_go_of_is_given_to_it_again(team):
+    """As it does with what a worker held that has just gone."""
+    cluster = team(Odd())
+    cluster.submit(("ok", 1))
+    cluster._client.cancel([cluster._held, *cluster._running], force=True)
+    found = {}
+    until(lambda: found.update(cluster.collect(0.5)) or found, 60)
+    assert found[("ok", 1)][0] == "ok"
+
+
 def test_a_job_that_takes_too_much_memory_fails_alone(team, local):
     """Four workers were once killed by one such job; now each worker goes on, and the cause names the limit."""
     before = workers_of(local)

@@ -6,6 +6,7 @@ import logging
 import math
 import queue
 import uuid
+from collections import Counter
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from importlib import import_module
@@ -29,6 +30,7 @@ AGAIN = 5.0  # s after which a worker that could not run a job is tried again, a
 PATIENCE = 20.0  # s in which one of the workers should be able to run a job
 KEPT = "what had ended is kept, and the same command goes on from there"
 LOGS = "distributed", "tornado", "asyncio"
+AGAIN = 3  # times that a job is given to the cluster after the scheduler has let go of it
 AHEAD = 200  # jobs that wait at the scheduler, from whose number a queue's system sees how many workers pay
 
 
@@ -74,6 +76,7 @@ class Cluster:
         self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._running: dict[Future, Any] = {}
         self._waiting: list[Any] = []  # for a worker that can run them
+        self._again: Counter[int] = Counter()  # how often jobs were given to the cluster again, by id
         self._workers: dict[str, int] = {}  # threads by address
         self._unfit: dict[str, float] = {}  # when workers could not run a job
         self.refused: dict[str, str] = {}
@@ -170,6 +173,11 @@ class Cluster:
         if future in results:
             return job, results[future]
         if future.status in ("finished", "pending"):  # its result was lost on the way
+            return self.submit(job)
+        if error is None and self._again[id(job)] < AGAIN:  # the scheduler let go of it, with a worker that has gone
+            self._again[id(job)] += 1
+            if self._held.status in ("cancelled", "lost", "error"):
+                self._hold()
             return self.submit(job)
         said = " ".join(str(error or "the scheduler has let go of it").split())
         return job, self._task.lost(job, said if isinstance(error, LostJobError) else f"lost by the cluster: {said}")
