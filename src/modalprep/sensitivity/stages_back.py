@@ -275,15 +275,13 @@ def accelerate(eq, force, out):
 
 
 @compile_kernel
-def force_product(eq, steps, rows, force):
-    """Return the sum over so many stages of their gradients times the forces that their accelerations need."""
-    total = 0.0
+def force_rows(eq, steps, rows, force):
+    """Write the forces (rows, nu) that the accelerations of so many stages need beyond the loads."""
     for r in range(rows):
         load(eq, steps.time[r], steps.states[r])
-        required_forces(eq.model, eq.data, steps.accelerations[r], force)
-        for u in range(len(force)):
-            total += steps.push[r, u] * (force[u] - eq.tau[u])
-    return total
+        required_forces(eq.model, eq.data, steps.accelerations[r], force[r])
+        for u in range(len(eq.tau)):
+            force[r, u] -= eq.tau[u]
 
 
 @compile_kernel

@@ -21,7 +21,7 @@ from modalprep.sensitivity.generalised_alpha import AlphaMethod
 from modalprep.sensitivity.jumps import Jump
 from modalprep.sensitivity.local import Model
 from modalprep.sensitivity.rosenbrock_back import Implicit, rosenbrock_back
-from modalprep.sensitivity.stages_back import Back, Kept, Stages, Steps, force_product, hinge_product, steps_back
+from modalprep.sensitivity.stages_back import Back, Kept, Stages, Steps, force_rows, hinge_product, steps_back
 from modalprep.sensitivity.trace import Step
 
 NOT_POSITIVE = "the mass matrix is not positive at a stage of a step"
@@ -55,7 +55,6 @@ class WayBack:
         self.sprung = [each for each in model.evaluators[1:] if each is not model.evaluator and self._is_sprung(each)]
         self.ends = ends_of(model.evaluator, self.sprung)
         self.stages = Stages(*(self._stage(own) for _ in range(STAGES)))
-        self.force = np.empty(nu)
         modal = self.stages.s0.data.modal
         rows, rates = (np.zeros((1, 6, 1)), np.zeros((1, 1))) if modal is None else (modal.M_rf, modal.qdd)
         links = len(packed.links)
@@ -197,8 +196,14 @@ class WayBack:
             return float(self.back.joints[0]) - hinge_product(self.equations(evaluator), kept, len(kept.time))
         for each in (own, evaluator):
             if id(each) not in known:
-                known[id(each)] = force_product(self.equations(each), kept, len(kept.time), self.force)
+                known[id(each)] = float(np.vdot(kept.push, self.forces(each, kept)))
         return known[id(evaluator)] - known[id(own)]
+
+    def forces(self, evaluator: Evaluator, kept: Steps) -> np.ndarray:
+        """Return the forces (rows, nu) that the accelerations of the stages need beyond the loads of a system."""
+        found = np.empty_like(kept.accelerations)
+        force_rows(self.equations(evaluator), kept, len(found), found)
+        return found
 
     def equations(self, evaluator: Evaluator) -> Equations:
         """Return the equations of the system, or of one beside it, which are made once."""

@@ -14,15 +14,13 @@ import numpy as np
 
 from modalprep.compiler.jit import compile_kernel
 from modalprep.errors import SimulationError
-from modalprep.multibody.evaluation.evaluate import GOOD, load
+from modalprep.multibody.evaluation.evaluate import GOOD
 from modalprep.multibody.integration import driver
 from modalprep.multibody.integration.dop853_table import STAGES, A, B
 from modalprep.multibody.kernels.algebra.tuples import copy
-from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_rates
 from modalprep.sensitivity.jumps import Jump
-from modalprep.sensitivity.local import Beside
 from modalprep.sensitivity.stages_back import accelerate, evaluate_stages, pulled_products, restore, stage_of
 from modalprep.sensitivity.tangent_maps import Layout
 from modalprep.sensitivity.trace import Step
@@ -104,21 +102,17 @@ class WayForward:
         if status != GOOD:
             raise SimulationError(f"derivatives of the run: {NOT_POSITIVE}")
         by_parameter = np.zeros((rows, nu, len(self.model.parameters)))
+        forces: dict[int, np.ndarray] = {}  # by evaluators, of which many parameters share one
         for along in self.model.beside:
-            by_parameter[:, :, along.number] = -np.einsum("rij,rj->ri", mobility, self._force_slopes(along, kept))
+            for evaluator in along.evaluators:
+                if id(evaluator) not in forces:
+                    forces[id(evaluator)] = self.back.forces(evaluator, kept)
+            changes = along.derivative([forces[id(evaluator)] for evaluator in along.evaluators])
+            by_parameter[:, :, along.number] = -np.einsum("rij,rj->ri", mobility, changes)
         shape = (len(steps), STAGES)
         parts = slopes.reshape(*shape, ny, ny), by_parameter.reshape(*shape, nu, -1)
         each = zip([step.h for step in steps], ends[:, :ny], *parts, strict=True)
         return [StepSlopes(self.model.layout, *own) for own in each]
-
-    def _force_slopes(self, along: Beside, kept: Any) -> np.ndarray:
-        """Return the derivatives (12 k, nu) of the forces that the accelerations need beyond the loads."""
-        found = np.zeros_like(kept.accelerations)
-        force = np.empty_like(found)
-        for evaluator, weight in zip(along.evaluators, along.weights, strict=True):
-            force_rows(self.back.equations(evaluator), kept, len(found), force)
-            found += weight * force
-        return found
 
 
 @compile_kernel
@@ -169,13 +163,3 @@ def _stage_slopes(eq, i, steps, row, back, unit, mobility, slopes):
             pulled_products(eq, steps.time[row], mobility[c - nx], back)
         pull_rates(eq.model, steps.states[row], unit, back.by_x, back.by_u, slopes[c])
         unit[c] = 0.0
-
-
-@compile_kernel
-def force_rows(eq, steps, rows, force):
-    """Write the forces (rows, nu) that the accelerations of so many stages need beyond the loads."""
-    for r in range(rows):
-        load(eq, steps.time[r], steps.states[r])
-        required_forces(eq.model, eq.data, steps.accelerations[r], force[r])
-        for u in range(len(eq.tau)):
-            force[r, u] -= eq.tau[u]
