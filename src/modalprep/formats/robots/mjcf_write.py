@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.formats.refusals import with_suffix
 from modalprep.formats.robots.mjcf import WORLD
 from modalprep.formats.robots.tree import SINGLE
-from modalprep.formats.robots.write import GROUND, lost_in_robot, rigid_mass, text_of
+from modalprep.formats.robots.write import GROUND, lost_in_robot, rigid_mass, text_of, write_xml
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import JOINT_TYPES, TRAVEL
@@ -67,10 +66,7 @@ def write_mjcf(system: System, path: str | Path) -> Path:
     world = ET.SubElement(root, "worldbody")
     _add_bodies(system, world, GROUND)
     _add_equalities(system, root, world)
-    ET.indent(root)
-    with atomic_path(path) as temporary:
-        ET.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
-    return path
+    return write_xml(root, path)
 
 
 def lost_in_mjcf(system: System) -> list[str]:

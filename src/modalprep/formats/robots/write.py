@@ -63,9 +63,14 @@ def write_urdf(system: System, path: str | Path) -> Path:
         robot.append(_link(name, system.bodies[name]))
         robot.append(_joint(system, joint, name))
         robot.extend(_interfaces(system, name, names))
-    ET.indent(robot)
+    return write_xml(robot, path)
+
+
+def write_xml(root: ET.Element, path: str | Path) -> Path:
+    """Write an XML file, indented; completely or not at all."""
+    ET.indent(root)
     with atomic_path(path) as temporary:
-        ET.ElementTree(robot).write(temporary, encoding="utf-8", xml_declaration=True)
+        ET.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
     return Path(path)
 
 
