@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import platform
 import time
+from collections.abc import Iterable
+from contextlib import suppress
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -54,12 +56,22 @@ def program() -> dict[str, str]:
     """
     sources = sources_digest(Path(modalprep.__file__).parent)
     found = {"modalprep": modalprep.__version__, "sources_sha256": sources, "python": platform.python_version()}
-    for name in NUMERICAL:
-        try:
+    return dict(sorted((found | versions(NUMERICAL)).items()))
+
+
+def versions(names: Iterable[str]) -> dict[str, str]:
+    """Return the versions of those packages that are installed.
+
+    Examples
+    --------
+    >>> list(versions(["numpy", "no-package"]))
+    ['numpy']
+    """
+    found = {}
+    for name in names:
+        with suppress(PackageNotFoundError):
             found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return dict(sorted(found.items()))
+    return found
 
 
 def sources_digest(root: Path) -> str:

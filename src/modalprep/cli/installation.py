@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 from modalprep.extras import EXTRA, missing
+from modalprep.program import versions
 from modalprep.verdicts.verdict import Requirement, Verdict
 
 CLAMPED = 1.8751040687119611  # first root of 1 + cos(x) cosh(x)
@@ -34,19 +34,12 @@ def installation() -> dict[str, str]:
         "modalprep": __version__,
         "Python": platform.python_version(),
         "machine": _machine(),
-        "libraries": ", ".join(f"{name} {found}" for name in LIBRARIES if (found := _version(name))),
+        "libraries": ", ".join(map(" ".join, versions(LIBRARIES).items())),
         "linear algebra": _blas(),
         "factorisation": _factorisation(),
         "compiled code": _compiled_code(),
         "pictures": _pictures(),
     }
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""
 
 
 def _machine() -> str:
