@@ -147,9 +147,8 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     except RecursionError:
         raise InputError(f"{path} has too deeply nested lists or tables; correct it") from None
     except ValueError as error:  # also of bytes that are no text, and numbers of thousands of digits
-        raise InputError(
-            f"{path} {_no_pipeline(path)}" if path.suffix != ".toml" else f"{path} is not valid TOML: {error}"
-        ) from None
+        what = f"{_no_pipeline(path)} ({error})" if path.suffix != ".toml" else f"is not valid TOML: {error}"
+        raise InputError(f"{path} {what}") from None
 
 
 def _no_pipeline(path: Path) -> str:
