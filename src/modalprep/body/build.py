@@ -39,6 +39,7 @@ def flexible_body(
     recovery: ModelRecovery | None = None,
     second_order_mass: bool | Literal["auto"] = "auto",
     stations: int = 0,
+    idle_below: float = 0.0,
     provenance: dict[str, str] | None = None,
 ) -> FlexibleBody:
     """Project a model on its reduced basis.
@@ -60,6 +61,9 @@ def flexible_body(
     stations : int
         Parts along each way from the root, for deflections up to the body's length (theory 4.10); 0: the modes alone
         move the body, to about a tenth of its size.
+    idle_below : float
+        Of the body's size: runs and equilibria leave the stations out where the modes alone move every node as they do
+        to that. A body that cannot have stations is built without them then, and its notes say why. 0: never.
     provenance : dict of str
         Added to the source of the mesh.
 
@@ -91,8 +95,8 @@ def flexible_body(
     """
     refuse_other("flexible_body: the model", FEModel, model)
     refuse_other("flexible_body: the reduction", Reduction, reduction)
-    if stations and recovery:
-        refuse_far_recoveries(recovery)
+    if not 0 <= idle_below < 1:
+        raise InputError(f"flexible_body: idle_below = {idle_below:g} must be at least 0 and below 1, of the size")
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")
     Phi = reduction.basis
@@ -103,13 +107,20 @@ def flexible_body(
         stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
         recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
     )
+    refused: tuple[str, ...] = ()
     if stations:
-        body = with_stations(body, model, reduction, stations, second_order_mass, low)
-    else:
+        try:
+            refuse_far_recoveries(recovery)
+            body = with_stations(body, model, reduction, stations, second_order_mass, low, idle_below)
+        except InputError as error:
+            if not idle_below:
+                raise
+            refused = (f"without stations, so that the modes alone move the body: {error}",)
+    if body.stations is None:
         body = with_second_order_mass(body, model, reduction, second_order_mass, low)
     said = [text for key, text in body.provenance.items() if key in (SECOND_ORDER, STATIONS)]
     said += coupling_note(body.coupled_damping)
-    own = (*said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
+    own = (*refused, *said, *implausible_units(body, model.scale), *coarse_mesh(model, Phi, body))
     return body.with_(notes=(*model.notes, *reduction.notes, *own), mode_names=_mode_names(model, body))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from modalprep.body.checks import check_identities
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.recovery import DRIVES, Recovery
-from modalprep.body.stations.record import Stations
+from modalprep.body.stations.record import OutsideBasis, Stations
 from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
@@ -62,6 +62,14 @@ STATIONS: dict[str, Callable[[int, int, int, int], tuple[int, ...]]] = {  # opti
     "H": lambda N, n, k, m: (N, 3, 3, n),
     "owner": lambda N, n, k, m: (k,),
     "part": lambda N, n, k, m: (m,),
+}
+OUTSIDE: dict[str, Callable[..., tuple[int, ...]]] = {  # optional: of k shapes and r vectors
+    "shapes": lambda N, n, i, k, r: (k, n),
+    "products": lambda N, n, i, k, r: (r, k, k),
+    "moved": lambda N, n, i, k, r: (N, 3, r),
+    "turned": lambda N, n, i, k, r: (N, 3, r),
+    "phi": lambda N, n, i, k, r: (i, 3, r),
+    "psi": lambda N, n, i, k, r: (i, 3, r),
 }
 # Arrays of a recovery; all but q and axes may be missing.
 RECOVERED = ("q", "qdd", "loads", "axes", "position", "node", "cell")
@@ -116,8 +124,8 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
             _store(file, "coupled_damping", body.coupled_damping)
         if np.any(body.truncation):
             _store(file, "truncation", body.truncation)
-        for name in STATIONS if body.stations else ():
-            _store(file, f"stations/{name}", getattr(body.stations, name))
+        if body.stations:
+            _store_stations(file, body.stations)
         file["interface_name"] = np.array(body.interface_name, dtype=object)
         for name in TEXTS:
             if getattr(body, name):
@@ -280,6 +288,16 @@ def _read(file: h5py.File) -> FlexibleBody:
     )
 
 
+def _store_stations(file: h5py.File, stations: Stations) -> None:
+    """Write the stations of a body that deflects far."""
+    for name in STATIONS:
+        _store(file, f"stations/{name}", getattr(stations, name))
+    for name in OUTSIDE if stations.outside else ():
+        _store(file, f"stations/outside/{name}", getattr(stations.outside, name))
+    if stations.idle_below:
+        file["stations"].attrs["idle_below"] = stations.idle_below
+
+
 def _stations(file: h5py.File, n: int, k: int, points: int) -> Stations:
     """Read the stations of a body that deflects far."""
     N = len(file["stations/m"])
@@ -290,7 +308,20 @@ def _stations(file: h5py.File, n: int, k: int, points: int) -> Stations:
             raise InputError(f"stations/{name} names parts that are not there, or not before their own")
     if not np.all(found["m"] > 0):
         raise InputError("stations/m is not positive")
-    return Stations(**found)
+    idle = float(file["stations"].attrs.get("idle_below", 0.0))
+    if not 0 <= idle < 1:
+        raise InputError(f"stations: idle_below = {idle:g} is not between 0 and 1")
+    outside = _outside(file, N, n, k) if "outside" in file["stations"] else None
+    return Stations(**found, outside=outside, idle_below=idle)
+
+
+def _outside(file: h5py.File, N: int, n: int, k: int) -> OutsideBasis:
+    """Read the derivatives that a body's basis leaves out."""
+    place = "stations/outside"
+    sizes = [int(file[f"{place}/{name}"].shape[0]) for name in ("shapes", "products")]
+    return OutsideBasis(
+        **{name: _array(file, f"{place}/{name}", shape(N, n, k, *sizes)) for name, shape in OUTSIDE.items()}
+    )
 
 
 def _cells(file: h5py.File, kind: str, n_points: int) -> np.ndarray:

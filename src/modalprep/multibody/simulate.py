@@ -10,6 +10,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.checkpoints import RUNNING, Every, times_from
 from modalprep.multibody.compilation import by_two_processes
 from modalprep.multibody.evaluation.system_state import SystemState, state_of
+from modalprep.multibody.idle_stations import stations_where_needed
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration, Outcome
 from modalprep.multibody.model.events import Event, idle_closures
@@ -32,6 +33,7 @@ RHO_INF = 0.9  # of generalised-alpha, by default
 
 
 @told
+@stations_where_needed(lambda run, name: run[f"{name}.modal"])
 def simulate(
     system: System,
     t_end: float,

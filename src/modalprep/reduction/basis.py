@@ -17,6 +17,7 @@ from modalprep.linalg.sparse import times
 from modalprep.linalg.unique import made_unique
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
+from modalprep.reduction.derivatives import LeftOut
 from modalprep.reduction.table import ModeTable
 from modalprep.suggest import refuse_other
 from modalprep.verdicts.notes import with_warnings
@@ -71,6 +72,8 @@ class Reduction(Record):
         Share of each coordinate in the truncation vectors, 0 to 1.
     spans : Spans or None
         What the coordinates span, where recoveries were given.
+    left_out : LeftOut or None
+        Static derivatives beyond those of the basis, where it has some.
 
     References
     ----------
@@ -87,6 +90,7 @@ class Reduction(Record):
     notes: tuple[str, ...] = ()
     spans: Spans | None = None
     truncation: np.ndarray | None = None
+    left_out: LeftOut | None = None
 
     def __repr__(self) -> str:
         """Method, size and frequency range, and the warnings."""

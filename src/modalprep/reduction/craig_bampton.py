@@ -14,7 +14,7 @@ from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import one_numpy_thread
 from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, refuse_no_body, rigid_totals
 from modalprep.reduction.clamped import Clamped, clamp
-from modalprep.reduction.derivatives import derivative_loads
+from modalprep.reduction.derivatives import LeftOut, derivative_loads
 from modalprep.reduction.notes import (
     completeness,
     fewer_modes,
@@ -165,8 +165,9 @@ def craig_bampton(
     kept = Phi[:, table.kept]
     wanted = _side_by_side(F, [name for name in truncation if name != DERIVATIVES])
     w2_t, X = truncation_vectors(clamped, wanted.force, w2[table.kept], kept, wanted.answer)
+    left_out = None
     if DERIVATIVES in truncation:
-        wanted = _with_derivatives(clamped, kept, w2[table.kept], (w2_t, X), wanted, derivatives)
+        wanted, left_out = _with_derivatives(clamped, kept, w2[table.kept], (w2_t, X), wanted, derivatives)
         w2_t, X = truncation_vectors(clamped, wanted.force, w2[table.kept], kept, wanted.answer)
     notes = (
         *fewer_modes(len(w2), modes, FIXED),
@@ -181,20 +182,22 @@ def craig_bampton(
     frequency = np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
     spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted.answer) if recovery else None
-    return reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
+    found = reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
+    return found if left_out is None else found.with_(left_out=left_out)
 
 
 def _with_derivatives(
     clamped: Clamped, kept: np.ndarray, w2: np.ndarray, found: tuple, wanted: InteriorLoads, count: int
-) -> InteriorLoads:
-    """Return the wanted loads with those of static derivatives of the basis that has been `found`."""
+) -> tuple[InteriorLoads, LeftOut]:
+    """Return the wanted loads with those of static derivatives of the basis `found`, and derivatives left out."""
     if count < 1:
         raise InputError(f"derivatives = {count} must be at least 1; leave 'derivatives' out of truncation_vectors")
     inside = np.concatenate([kept, found[1]], axis=1)
     W = np.concatenate([clamped.constraint_shapes, clamped.expand(inside)], axis=1)
-    force, answer = derivative_loads(clamped, W, inside, np.concatenate([w2, found[0]]), count)
+    force, answer, left_out = derivative_loads(clamped, W, inside, np.concatenate([w2, found[0]]), count)
     size = np.sqrt(np.einsum("ij,ij->j", wanted.force, wanted.answer).max(initial=0.0)) or 1.0  # of like energy
-    return InteriorLoads(np.hstack([wanted.force, size * force]), np.hstack([wanted.answer, size * answer]))
+    more = InteriorLoads(np.hstack([wanted.force, size * force]), np.hstack([wanted.answer, size * answer]))
+    return more, left_out
 
 
 def _columns(model: FEModel, modes: int) -> int:

@@ -9,14 +9,17 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.second_order import SHARE, mass_share
-from modalprep.body.stations.record import Stations
+from modalprep.body.stations.record import OutsideBasis, Stations, mean_turns
 from modalprep.body.stations.second_order import mass_growth
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.division.masses import part_masses
 from modalprep.fe.division.parts import divide
 from modalprep.fe.links.interface import InterfaceFrame
+from modalprep.linalg.blas import inner
+from modalprep.linalg.sparse import times
 from modalprep.reduction.basis import Reduction
+from modalprep.reduction.derivatives import LeftOut
 
 STATIONS = "stations"  # key of the provenance
 
@@ -28,6 +31,7 @@ def with_stations(
     parts: int,
     second_order_mass: bool | Literal["auto"],
     low: np.ndarray,
+    idle_below: float = 0.0,
 ) -> FlexibleBody:
     """Return the body with stations; `low (k, n, n)` are the first rows of T, from `stiffness_and_growth`.
 
@@ -46,7 +50,7 @@ def with_stations(
         )
     if not body.n:
         raise InputError("large_deflection needs a body with modes; keep some, or set large_deflection = false")
-    body = body.with_(stations=build_stations(model, reduction, parts))
+    body = body.with_(stations=build_stations(model, reduction, parts).with_(idle_below=idle_below))
     assert body.stations is not None
     said = f"large deflections by {len(body.stations)} stations along the ways from the root"
     if len(low):
@@ -76,7 +80,10 @@ def build_stations(model: FEModel, reduction: Reduction, parts: int) -> Stations
     Stations(5 parts, 1 ends)
     """
     division = divide(model, parts)
-    found = part_masses(model, division.of_element, reduction.basis)
+    n = len(reduction.frequency)
+    left_out = reduction.left_out
+    vectors = reduction.basis if left_out is None else np.hstack([reduction.basis, left_out.vectors])
+    found = part_masses(model, division.of_element, vectors)
     light = np.flatnonzero(found.m <= 0)
     if len(light):
         raise InputError(
@@ -87,15 +94,34 @@ def build_stations(model: FEModel, reduction: Reduction, parts: int) -> Stations
     E = found.E - found.m[:, None, None] * centre[:, :, None] * centre[:, None]
     H = found.H - found.S[:, :, None] * centre[:, None, :, None]
     owner = [-1, *(_owner(model, frame, division.of_node) for frame in model.interfaces[1:])]
-    return Stations(
+    stations = Stations(
         parent=division.parent,
         m=found.m,
         centre=centre,
         E=E,
-        S=found.S,
-        H=H,
+        S=found.S[..., :n],
+        H=H[..., :n],
         owner=np.array(owner),
         part=division.of_node[: len(model.points)],
+    )
+    if left_out is None:
+        return stations
+    return stations.with_(outside=_outside(model, reduction.basis, left_out, stations, found.S[..., n:], H[..., n:]))
+
+
+def _outside(
+    model: FEModel, basis: np.ndarray, left_out: LeftOut, stations: Stations, S: np.ndarray, H: np.ndarray
+) -> OutsideBasis:
+    """Return what the derivatives that are left out, with integrals S and H over the parts, do to the stations."""
+    at_interfaces = left_out.vectors[np.array([frame.dofs for frame in model.interfaces])]
+    at_interfaces[0] = 0.0
+    return OutsideBasis(
+        shapes=inner(left_out.shapes, times(model.K, basis)),
+        products=left_out.products,
+        moved=S / stations.m[:, None, None],
+        turned=mean_turns(stations.J, H),
+        phi=at_interfaces[:, :3],
+        psi=at_interfaces[:, 3:],
     )
 
 

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import deflected_points
+from modalprep.body.stations.motion import Chain, chain, chain_outside, frames
 from modalprep.body.stations.record import Stations
 from modalprep.body.stations.shape import station_points
+
+LOOKED_AT = 2000  # nodes of large meshes
+REACH = 0.4  # of the size of a body: a large deflection
+TRIES = 12  # each halves what is left of the difference, or better
+SMALL = 1e-6
 
 
 def halved(stations: Stations) -> Stations:
@@ -50,11 +59,61 @@ def _renumbered(number: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.where(of >= 0, number[of], -1)
 
 
-def station_error(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
-    """Return the estimated error (k,) of the farthest node at deflections ``q (k, n)``, m.
+class Errors(NamedTuple):
+    """Estimated errors (k,) of the farthest place at k deflections, m.
 
-    A third of what it differs by with half the stations, as the error is of second order in the distance between them.
-    What the modes cannot represent is not in it.
+    Attributes
+    ----------
+    spacing : (k,)
+        Of the distance between the stations: a third of what half of them differ by, as it is of second order.
+    basis : (k,)
+        Of the derivatives that the basis leaves out; 0 where they are not known.
+    """
+
+    spacing: np.ndarray
+    basis: np.ndarray
+
+    @property
+    def both(self) -> np.ndarray:
+        """The root of the sum of squares."""
+        return np.hypot(self.spacing, self.basis)
+
+
+def station_errors(body: FlexibleBody, q: np.ndarray) -> Errors:
+    """Return the estimated errors of the stations at deflections ``q (k, n)``.
+
+    Examples
+    --------
+    >>> from modalprep.examples import large_cantilever
+    >>> body = large_cantilever(modes=2, stations=4)
+    >>> station_errors(body, np.zeros((1, body.n))).both
+    array([0.])
+    """
+    assert body.stations is not None
+    half = body.with_(stations=halved(body.stations))
+    nodes = _some(body.stations.part)
+    gap = np.linalg.norm(station_points(half, q, nodes) - station_points(body, q, nodes), axis=2)
+    return Errors(gap.max(axis=1) / 3, _outside(body, q))
+
+
+def station_error(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
+    """Return the estimated error (k,) of the farthest place at deflections ``q (k, n)``, m: `Errors.both`.
+
+    Parameters
+    ----------
+    body : FlexibleBody
+        With stations.
+    q : (k, n)
+        Modal coordinates.
+
+    Returns
+    -------
+    (k,)
+        Of the kinematics and of the second order of the basis, not of the modes beyond that or of the mesh.
+
+    References
+    ----------
+    Theory 4.10.
 
     Examples
     --------
@@ -63,6 +122,86 @@ def station_error(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     >>> station_error(body, np.zeros((1, body.n)))
     array([0.])
     """
+    return station_errors(body, q).both
+
+
+def _some(part: np.ndarray) -> np.ndarray:
+    """Return nodes of the parts, evenly chosen: errors vary as slowly as the parts do."""
+    owned = np.flatnonzero(part >= 0)
+    return owned[:: max(1, len(owned) // LOOKED_AT)]
+
+
+def _outside(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
+    """Return how far the derivatives outside the basis would move the farthest part or interface (k,)."""
+    stations = body.stations
+    if stations is None or stations.outside is None or not len(stations.outside.products):
+        return np.zeros(len(q))
+    own = chain(stations, body.interface_position, body.phi, body.psi)
+    more = chain_outside(stations, body.interface_position)
+    both = Chain(own.parent, own.d, *(np.concatenate(x, axis=2) for x in zip(own[2:], more[2:], strict=True)))
+    softest = q @ stations.outside.shapes.T
+    amounts = np.einsum("ti,rij,tj->tr", softest, stations.outside.products, softest)
+    found = np.empty(len(q))
+    for t, (each, amount) in enumerate(zip(q, amounts, strict=True)):
+        off = frames(both, np.append(each, amount)).r - frames(own, each).r
+        found[t] = np.linalg.norm(off, axis=1).max()
+    return found
+
+
+def errors_at(body: FlexibleBody, reach: float = REACH) -> Errors:
+    """Return the estimated errors, over its size, of a body that bends by `reach` of it: the largest of two shapes.
+
+    The softest mode, and the two softest at once, each by as much.
+
+    Examples
+    --------
+    >>> from modalprep.examples import large_cantilever
+    >>> found = errors_at(large_cantilever(modes=2, stations=8), 0.4)
+    >>> bool(1e-4 < found.spacing[0] < 4e-4)  # of the elastica 3e-4
+    True
+    """
+    shapes = np.eye(body.n)[np.flatnonzero(body.K > 0)[:2]]
+    way = np.array([_moved(body, e) for e in shapes])
+    both = (shapes / way[:, None]).sum(axis=0)
+    q = np.array([_bent_by(body, each, reach) for each in (shapes[0], both)])
+    found = station_errors(body, q)
+    return Errors(*(x.max(keepdims=True) / size_of(body) for x in found))
+
+
+def gap_of_modes(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
+    """Return how far (k,) the modes alone move the farthest node from where stations do at ``q (k, n)``, m.
+
+    Examples
+    --------
+    >>> from modalprep.examples import large_cantilever
+    >>> body = large_cantilever(modes=2, stations=4)
+    >>> gap_of_modes(body, np.zeros((1, body.n)))
+    array([0.])
+    """
     assert body.stations is not None
-    half = body.with_(stations=halved(body.stations))
-    return np.linalg.norm(station_points(half, q) - station_points(body, q), axis=2).max(axis=1) / 3
+    nodes = _some(body.stations.part)
+    some = body.with_(points=body.points[nodes], shape=body.shape[nodes], cells={}, energy={}, volume={}, stations=None)
+    return np.linalg.norm(deflected_points(some, q) - station_points(body, q, nodes), axis=2).max(axis=1)
+
+
+def size_of(body: FlexibleBody) -> float:
+    """Return the largest extent of a body along its axes, m."""
+    return float(np.ptp(np.concatenate([body.points, body.interface_position]), axis=0).max())
+
+
+def _bent_by(body: FlexibleBody, shape: np.ndarray, reach: float) -> np.ndarray:
+    """Return the multiple of a shape (n,) that moves the farthest part by a share of the body's size."""
+    wanted = reach * size_of(body)
+    q = shape * wanted / _moved(body, shape * SMALL) * SMALL
+    for _ in range(TRIES):
+        q = q * wanted / _moved(body, q)
+    return q
+
+
+def _moved(body: FlexibleBody, q: np.ndarray) -> float:
+    """Return how far the farthest part or interface moves."""
+    stations = body.stations
+    assert stations is not None
+    link = chain(stations, body.interface_position, body.phi, body.psi)
+    rest = np.concatenate([stations.centre, body.interface_position])
+    return float(np.linalg.norm(frames(link, q).r - rest, axis=1).max())

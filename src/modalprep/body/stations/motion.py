@@ -63,10 +63,29 @@ def chain(stations: Stations, position: np.ndarray, phi: np.ndarray, psi: np.nda
     >>> chain(body.stations, body.interface_position, body.phi, body.psi).d[:, 0].round(3)
     array([1.25, 2.5 , 2.5 , 2.5 , 0.  , 1.25])
     """
+    return _chain(stations, position, np.concatenate([stations.moved, phi]), np.concatenate([stations.turned, psi]))
+
+
+def chain_outside(stations: Stations, position: np.ndarray) -> Chain:
+    """Return the frames as `chain` does, moved by the derivatives outside the basis (m of them).
+
+    Examples
+    --------
+    >>> from modalprep.examples import large_cantilever
+    >>> body = large_cantilever(modes=2, stations=4)
+    >>> chain_outside(body.stations, body.interface_position).d.shape
+    (6, 3)
+    """
+    outside = stations.outside
+    assert outside is not None
+    moved = np.concatenate([outside.moved, outside.phi])
+    return _chain(stations, position, moved, np.concatenate([outside.turned, outside.psi]))
+
+
+def _chain(stations: Stations, position: np.ndarray, moved: np.ndarray, turned: np.ndarray) -> Chain:
+    """Return the frames whose vectors move (k, 3, n) and turn (k, 3, n) them by so much."""
     parent = np.concatenate([stations.parent, stations.owner])
     at = np.concatenate([stations.centre, position])
-    moved = np.concatenate([stations.moved, phi])
-    turned = np.concatenate([stations.turned, psi])
     held = (parent >= 0)[:, None, None]
     d = at - np.where(held[..., 0], at[parent], 0.0)
     before = np.where(held, moved[parent], 0.0)

@@ -14,6 +14,29 @@ FLAT = 1e-9  # of a part's largest moment of inertia: about an axis of less mass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class OutsideBasis(Record):
+    """Static derivatives outside the basis: coordinates q lack ``z products[r] z`` of each, ``z = shapes q``.
+
+    Attributes
+    ----------
+    shapes : (k, n)
+        The softest shapes, at unit strain energy, in the modal coordinates.
+    products : (m, k, k)
+    moved, turned : (N, 3, m)
+        Mean displacement and rotation of each part.
+    phi, psi : (n_if, 3, m)
+        Translation and rotation of the interfaces.
+    """
+
+    shapes: np.ndarray
+    products: np.ndarray
+    moved: np.ndarray
+    turned: np.ndarray
+    phi: np.ndarray
+    psi: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Stations(Record):
     """Parts of a body along the ways from its root, parents first (theory 4.10); in the axes of the body, SI units.
 
@@ -35,6 +58,11 @@ class Stations(Record):
         The part that each interface is on, -1 of the root.
     part : (n_points,) int
         The part that each mesh node is on, -1 of nodes without elements.
+    outside : OutsideBasis or None
+        Derivatives beyond those of the basis, for the statement of its error.
+    idle_below : float
+        Of the body's size: runs and equilibria leave the stations out where the modes alone move every node to this as
+        they do (`large_deflection = "auto"`); 0, never.
 
     Examples
     --------
@@ -53,6 +81,8 @@ class Stations(Record):
     H: np.ndarray
     owner: np.ndarray
     part: np.ndarray
+    outside: OutsideBasis | None = None
+    idle_below: float = 0.0
 
     def __len__(self) -> int:
         """Number of parts."""
@@ -78,7 +108,8 @@ class Stations(Record):
         >>> stations.in_basis(np.eye(10)[:, :3]).S.shape
         (4, 3, 3)
         """
-        return self.with_(S=self.S @ Y, H=self.H @ Y)
+        outside = self.outside and self.outside.with_(shapes=self.outside.shapes @ Y)
+        return self.with_(S=self.S @ Y, H=self.H @ Y, outside=outside)
 
     @cached_property
     def J(self) -> np.ndarray:
@@ -93,12 +124,16 @@ class Stations(Record):
     @cached_property
     def turned(self) -> np.ndarray:
         """Mean rotation (N, 3, n) of each part per modal coordinate: that of the rigid motion nearest in the mass."""
-        H = self.H
-        moment = np.stack([H[:, 2, 1] - H[:, 1, 2], H[:, 0, 2] - H[:, 2, 0], H[:, 1, 0] - H[:, 0, 1]], axis=1)
-        size, axes = np.linalg.eigh(self.J)
-        has = size > FLAT * size[:, -1:]
-        inverse = np.divide(1.0, size, out=np.zeros_like(size), where=has)
-        return np.einsum("pac,pc,pbc,pbn->pan", axes, inverse, axes, moment)
+        return mean_turns(self.J, self.H)
+
+
+def mean_turns(J: np.ndarray, H: np.ndarray) -> np.ndarray:
+    """Return the mean rotations (N, 3, n) of parts of inertia ``J (N, 3, 3)``; ``H (N, 3, 3, n)`` as in `Stations`."""
+    moment = np.stack([H[:, 2, 1] - H[:, 1, 2], H[:, 0, 2] - H[:, 2, 0], H[:, 1, 0] - H[:, 0, 1]], axis=1)
+    size, axes = np.linalg.eigh(J)
+    has = size > FLAT * size[:, -1:]
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=has)
+    return np.einsum("pac,pc,pbc,pbn->pan", axes, inverse, axes, moment)
 
 
 def refuse_stations(what: str, stations: Stations | None, instead: str = "") -> None:

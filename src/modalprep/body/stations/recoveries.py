@@ -8,7 +8,7 @@ from modalprep.fe.recovery.recover import ModelRecovery
 OF_ELEMENTS = ("section_force", "force", "resultant", "stress")
 
 
-def refuse_far_recoveries(recovery: ModelRecovery) -> None:
+def refuse_far_recoveries(recovery: ModelRecovery | None) -> None:
     """Refuse recoveries that are not linear in the modes where parts turn.
 
     Strains are those of the modes, and turn with the parts. Loads, accelerations and displacements of a part that
@@ -23,7 +23,7 @@ def refuse_far_recoveries(recovery: ModelRecovery) -> None:
     --------
     >>> refuse_far_recoveries(ModelRecovery({}, {}))
     """
-    for name, wanted in recovery.wanted.items():
+    for name, wanted in recovery.wanted.items() if recovery else ():
         if wanted.kind not in OF_ELEMENTS:
             raise InputError(
                 f"recovery {name!r} of {wanted.kind} does not work with a body of stations (large_deflection) yet, "

@@ -112,10 +112,11 @@ def _turn(v: np.ndarray, slope: np.ndarray, second: np.ndarray, qd: np.ndarray):
     return R, partial, to_rate @ xdd - s / 2 * (x @ xd) * (partial @ qd)
 
 
-def station_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
+def station_points(body: FlexibleBody, q: np.ndarray, nodes: np.ndarray | None = None) -> np.ndarray:
     """Return where the mesh nodes of a body with stations are at modal coordinates ``q (k, n)``: (k, n_points, 3), m.
 
-    Each node moves with its part, and in its axes by what the modes move it beyond the part.
+    Each node moves with its part, and in its axes by what the modes move it beyond the part. `nodes` are those wanted,
+    all by default.
 
     Examples
     --------
@@ -125,13 +126,14 @@ def station_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     True
     """
     at = station_body(body)
-    part = at.stations.part
+    wanted = slice(None) if nodes is None else nodes
+    points, shape, part = body.points[wanted], body.shape[wanted], at.stations.part[wanted]
     owned = np.flatnonzero(part >= 0)
     own = part[owned]
-    arm = body.points[owned] - at.stations.centre[own]
+    arm = points[owned] - at.stations.centre[own]
     rigid = at.stations.moved[own] - skew(arm) @ at.stations.turned[own]
-    rest = body.shape[owned] - rigid
-    found = np.repeat(body.points[None], len(q), axis=0).astype(float)
+    rest = shape[owned] - rigid
+    found = np.repeat(points[None], len(q), axis=0).astype(float)
     for k, each in enumerate(np.asarray(q, dtype=float)):
         moved = frames(at.chain, each)
         found[k, owned] = moved.r[own] + np.einsum("pab,pb->pa", moved.R[own], arm + rest @ each)

@@ -11,6 +11,7 @@ from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.idle_stations import stations_where_needed
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.preparation import channels_at
@@ -91,6 +92,7 @@ class Equilibrium(Record):
 
 
 @told
+@stations_where_needed(lambda rest, name: rest.modal[name][None])
 def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
     """Return the static equilibrium of a system under its loads at time t, with zero speeds and accelerations.
 

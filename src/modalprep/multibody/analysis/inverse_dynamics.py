@@ -16,6 +16,7 @@ from modalprep.multibody.analysis.inverse_closed import drive_loops
 from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.coordinates import coordinates
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.idle_stations import stations_where_needed
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
@@ -97,6 +98,7 @@ def _tree(system: System, t: float) -> Evaluator:
 
 
 @told
+@stations_where_needed(lambda found, name: found.modal[name])
 def inverse_dynamics(
     system: System,
     motion: Mapping[str, Any],

@@ -28,6 +28,7 @@ from modalprep.verdicts.notes import with_warnings
 
 ON_INTERFACES = (PointForce, TwoEnded, Callback)  # loads that act on interfaces alone
 LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
+WITHOUT_STATIONS = "body {0!r} is without its stations, its modes alone move it: {1} does not know stations yet"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -102,6 +103,7 @@ class System(Record, Animated):
             object.__setattr__(self, "bodies", self.bodies | plain)
             object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
+        self._leave_idle_stations()
         self._refuse_with_stations()
 
     def __repr__(self) -> str:
@@ -149,17 +151,34 @@ class System(Record, Animated):
         if self.orbit and (self.gravity.any() or any(isinstance(load, CentralGravity) for load in self.loads)):
             raise InputError("a system in orbit has the gravity of its orbit; leave out any other")
 
+    def _leave_idle_stations(self) -> None:
+        """Take the stations that bodies have for large deflections only from those whose loads do not know them."""
+        for name, body in self.bodies.items():
+            if body.stations is None or not body.stations.idle_below:
+                continue
+            unknown = self._without_stations(name)
+            if unknown:
+                plain = self.bodies | {name: body.with_(stations=None)}
+                object.__setattr__(self, "bodies", plain)
+                object.__setattr__(self, "notes", (*self.notes, WITHOUT_STATIONS.format(name, unknown)))
+
+    def _without_stations(self, name: str) -> str:
+        """Return what acts on a body and does not know stations; empty where nothing does."""
+        if self.orbit:
+            return f"the orbit of body {name!r}"
+        if any(each.body == name for each in self.depletions):
+            return f"a depletion of body {name!r}"
+        for load in self.loads:
+            if not isinstance(load, ON_INTERFACES) and getattr(load, "body", name) == name:
+                return f"load {getattr(load, 'name', 'central gravity')!r} on body {name!r}"
+        return ""
+
     def _refuse_with_stations(self) -> None:
         """Refuse what does not know bodies of large deflection."""
-        for name, body in ((name, body) for name, body in self.bodies.items() if body.stations is not None):
-            if self.orbit:
-                refuse_stations(f"the orbit of body {name!r}", body.stations)
-            for each in (each for each in self.depletions if each.body == name):
-                refuse_stations(f"a depletion of body {each.body!r}", body.stations)
-            for load in self.loads:
-                if not isinstance(load, ON_INTERFACES) and getattr(load, "body", name) == name:
-                    what = getattr(load, "name", "central gravity")
-                    refuse_stations(f"load {what!r} on body {name!r}", body.stations)
+        for name, body in self.bodies.items():
+            unknown = self._without_stations(name) if body.stations is not None else ""
+            if unknown:
+                refuse_stations(unknown, body.stations)
 
     def _refuse_other_frame(self, joint: Joint) -> None:
         body = self.bodies[self.child(joint)]

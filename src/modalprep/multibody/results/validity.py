@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.body.deflection import mesh_at
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.stations.error import station_error
+from modalprep.body.stations.error import station_errors
 from modalprep.multibody.results.result import Result
 from modalprep.verdicts.notes import warnings_of
 from modalprep.verdicts.verdict import FAILED, PASSED, UNCHECKED, Requirement
@@ -97,9 +97,14 @@ def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str
 
 def _left(body: FlexibleBody, q: np.ndarray, size: float) -> str:
     """Return what the stations of a body leave, and where that is much, what to do."""
-    error = float(station_error(body, q[None])[0])
+    found = station_errors(body, q[None])
+    error = float(found.both[0])
     said = f"its {len(body.stations or ())} stations leave about {error:.1g} m of it, {100 * error / size:.1g} %"
-    return said + (f", more than {PRECISE:.0%}: take more stations" if error > PRECISE * size else "")
+    stiff = bool(found.basis[0] > found.spacing[0])
+    if stiff:
+        said += ", most by the derivatives that its basis leaves out"
+    more = "more derivatives" if stiff else "more stations"
+    return said + (f", more than {PRECISE:.0%}: take {more}" if error > PRECISE * size else "")
 
 
 def _largest(q: np.ndarray, each: np.ndarray, limit: float) -> np.ndarray:

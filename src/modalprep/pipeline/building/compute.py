@@ -6,6 +6,7 @@ from pathlib import Path
 
 from modalprep.body.build import flexible_body
 from modalprep.body.checks import check_body, check_model
+from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.quality.missing_mass import missing_mass
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
@@ -14,6 +15,7 @@ from modalprep.formats.modalfile import write_body
 from modalprep.linalg.forecast import forecasts_to
 from modalprep.pipeline.building.built import Built, Tables
 from modalprep.pipeline.building.cache import Cache
+from modalprep.pipeline.building.deflection import deflecting
 from modalprep.pipeline.building.described import model_tables
 from modalprep.pipeline.building.energies import energy_tables
 from modalprep.pipeline.building.inputs import inputs
@@ -25,10 +27,11 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.reduction import SuppliedTable
-from modalprep.reduction.basis import held_mass
+from modalprep.reduction.basis import Reduction, held_mass
 from modalprep.reduction.cyclic.ring import ring_algebra
 from modalprep.reduction.dampers import damping_fields
 from modalprep.reduction.damping import modal_damping
+from modalprep.reduction.error import ReductionError
 from modalprep.reduction.recoveries.convergence import recovery_convergence
 
 LARGE = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)
@@ -71,20 +74,29 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
         recovery = pipeline_recovery(pipeline, mesh, model)
         algebra = caching_algebra(cache)
         algebra = ring_algebra(model, mesh.cyclic, algebra) if pipeline.cyclic and mesh.cyclic else algebra
-        with forecasts_to(lambda text: reporter.say(f"  {text}")):
-            reduction, error = reduce_model(pipeline, mesh, model, algebra, recovery)
-        done(4, "modal body")
-        body = flexible_body(
-            model,
-            reduction,
-            name=source.body_name,
-            stress=stress,
-            recovery=recovery,
-            second_order_mass=pipeline.reduction.second_order_mass,
-            stations=pipeline.reduction.parts,
-            provenance=inputs(source),
-        )
-        damping = target_damping(pipeline.reduction.damping)
+        table = pipeline.reduction
+
+        def reduce(derivatives: int) -> tuple[Reduction, ReductionError | None]:
+            with forecasts_to(lambda text: reporter.say(f"  {text}")):
+                found = reduce_model(pipeline, mesh, model, algebra, recovery, derivatives)
+            done(4, "modal body")
+            return found
+
+        def build(found: tuple[Reduction, ReductionError | None], stations: int) -> FlexibleBody:
+            return flexible_body(
+                model,
+                found[0],
+                name=source.body_name,
+                stress=stress,
+                recovery=recovery,
+                second_order_mass=table.second_order_mass,
+                stations=stations,
+                idle_below=table.deflection_error if table.large_deflection == "auto" else 0.0,
+                provenance=inputs(source),
+            )
+
+        (reduction, error), body = deflecting(table, reduce, build)
+        damping = target_damping(table.damping)
         whole = damping_fields(modal_damping(body, damping), body.damping_matrix)
         body = body.with_(**whole, modes=body.modes.with_(held_mass=held_mass(model)))
         tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
@@ -93,7 +105,7 @@ def _reduced(source: Loaded, file: Path, reporter: Reporter, cache: Cache | None
     reporter.notes(_slower(model.K.shape[0]))
     body = body.with_(notes=(*body.notes, *missing_mass(body), *implausible_ratios(damping)))
     loads = response_loads(source, body)
-    convergence = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to, loads)
+    convergence = recovery_convergence(body, reduction.spans, table.up_to, loads)
     return Built(body, file, checks, error, tables, convergence)
 
 

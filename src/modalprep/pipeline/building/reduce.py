@@ -39,13 +39,14 @@ def reduce_model(
     model: FEModel,
     algebra: Algebra = DIRECT,
     recovery: ModelRecovery | None = None,
+    derivatives: int = DERIVATIVE_VECTORS,
 ) -> tuple[Reduction, ReductionError | None]:
-    """Reduce the model by the file's options; with `up_to` also measure the error."""
+    """Reduce the model by the file's options, with so many derivatives; with `up_to` also measure the error."""
     table = pipeline.reduction
     loads = pipeline_loads(pipeline, mesh, model)
 
     def basis(modes: int) -> Reduction:
-        return _basis(table, model, modes, loads, algebra, recovery)
+        return _basis(table, model, modes, loads, algebra, recovery, derivatives)
 
     if table.up_to is None:
         return basis(table.modes), None
@@ -68,6 +69,7 @@ def _basis(
     loads: Mapping[str, np.ndarray],
     algebra: Algebra,
     recovery: ModelRecovery | None,
+    derivatives: int,
 ) -> Reduction:
     how = {"solver": table.solver, "algebra": algebra}
     common = {"modes": modes, "recovery": recovery, **how}
@@ -79,7 +81,7 @@ def _basis(
         case "free_interface":
             return free_interface(model, keep=table.keep, **common)
     if DERIVATIVES in table.truncation:
-        common["derivatives"] = table.derivatives or DERIVATIVE_VECTORS
+        common["derivatives"] = derivatives or DERIVATIVE_VECTORS
     return craig_bampton(model, keep=table.keep, truncation=table.truncation, loads=loads, **common)
 
 

@@ -26,7 +26,7 @@ from modalprep.pipeline.schema.quantities import (
     Three,
 )
 from modalprep.reduction.selection import recoveries_named, refuse_unreadable
-from modalprep.reduction.table import BODY, DERIVATIVE_VECTORS, DERIVATIVES, DIRECTIONS
+from modalprep.reduction.table import BODY, DERIVATIVES, DIRECTIONS
 from modalprep.vectors import as_rotation
 
 Ratio = Annotated[float, Field(ge=0)]
@@ -65,13 +65,16 @@ TargetError = Annotated[
 ]
 
 
+OF_STATIONS = ("reach", "deflection_error", "stations", "derivatives")
+
+
 class ReductionTable(Table):
     """Reduction of the body."""
 
     applies: ClassVar[tuple[Rule, ...]] = (
         Rule(("modes", "keep", "target_error"), needs=("method",), among=("craig_bampton", "free_interface")),
         Rule(("truncation_vectors", "large_deflection"), needs=("method",), among=("craig_bampton",)),
-        Rule(("reach", "deflection_error", "stations", "derivatives"), needs=("large_deflection",), among=(True,)),
+        Rule(OF_STATIONS, needs=("large_deflection",), among=(True, "auto")),
     )
 
     method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
@@ -99,10 +102,11 @@ class ReductionTable(Table):
         description="loads whose static response remains exact: interfaces (free ones), inertia, names of [loads]; "
         "derivatives: what the softest shapes change to when they bend, which large_deflection adds",
     )
-    large_deflection: bool = Field(
+    large_deflection: bool | Literal["auto"] = Field(
         default=False,
         description="move the body by stations, frames of its parts, which hold for deflections up to its length; "
-        "without, the modes alone move it, to about a tenth of its size",
+        "without, the modes alone move it, to about a tenth of its size; auto: runs and equilibria take the stations "
+        "only where the modes alone are off by more than deflection_error",
     )
     reach: float = Field(
         default=0.4,
@@ -116,10 +120,11 @@ class ReductionTable(Table):
     stations: int | None = Field(
         default=None, ge=2, description="parts along each way from the root, instead of reach and deflection_error"
     )
-    derivatives: int = Field(
-        default=DERIVATIVE_VECTORS,
+    derivatives: int | None = Field(
+        default=None,
         ge=0,
-        description="number of vectors that large_deflection adds: the most important derivatives",
+        description="number of vectors that large_deflection adds: the most important derivatives; default 6, or as "
+        "many as deflection_error needs",
     )
     second_order_mass: bool | Literal["auto"] = Field(
         default="auto",
@@ -149,7 +154,7 @@ class ReductionTable(Table):
     @property
     def truncation(self) -> list[str]:
         """The loads of truncation vectors, with the derivatives that large deflections need."""
-        more = [DERIVATIVES] if self.large_deflection and self.derivatives else []
+        more = [DERIVATIVES] if self.large_deflection and self.derivatives != 0 else []
         return [*self.truncation_vectors, *(name for name in more if name not in self.truncation_vectors)]
 
     @property

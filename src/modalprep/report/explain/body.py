@@ -8,9 +8,11 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.quality.effective_mass import participation, totals
+from modalprep.body.stations.error import errors_at
 from modalprep.response.validity import BEYOND, highest_mode
 from modalprep.verdicts.notes import warnings_of
 
+LARGE = 0.4  # of the size: the deflection at which the error of stations is told
 SMALL = 0.01  # of the mass: a direction that no mode moves
 TRUSTED = 0.5  # of the highest frequency: modes of a reduced body are good to about half of it
 SLOW = 0.1  # of the first frequency: a spin at which the geometric stiffness changes its square by about 1 %
@@ -119,7 +121,13 @@ def _reach(body: FlexibleBody) -> str:
     if not body.n:
         return "It is rigid."
     if body.stations:
-        return f"Its {len(body.stations)} stations let it deflect by up to its size; a run says what error they leave."
+        left = 100 * float(errors_at(body, LARGE).both[0])
+        idle = body.stations.idle_below
+        often = f", where its modes alone are off by more than {100 * idle:.2g} %" if idle else ""
+        return (
+            f"Its {len(body.stations)} stations let it deflect by up to its size{often}: bent by {100 * LARGE:.0f} % "
+            f"of it, they leave about {left:.1g} %; a run says what its own deflection leaves."
+        )
     reach = f"{BEYOND * size:.2g} m, a tenth of its size"
     return f"Its deflections may reach about {reach}; beyond, use several bodies or stations."
 
