@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from modalprep.body.recovery import Recovery as Recovery
     from modalprep.body.recovery import at_rest as at_rest
     from modalprep.body.stations.number import stations_for as stations_for
+    from modalprep.body.stations.record import OutsideBasis as OutsideBasis
     from modalprep.body.stations.record import Stations as Stations
     from modalprep.body.stress import StressModes as StressModes
     from modalprep.body.verify import check_buckling as check_buckling

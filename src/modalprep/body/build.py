@@ -62,8 +62,8 @@ def flexible_body(
         Parts along each way from the root, for deflections up to the body's length (theory 4.10); 0: the modes alone
         move the body, to about a tenth of its size.
     idle_below : float
-        Of the body's size: runs and equilibria leave the stations out where the modes alone move every node as they do
-        to that. A body that cannot have stations is built without them then, and its notes say why. 0: never.
+        Of the body's size: runs and equilibria leave the stations out where the modes alone move the body as they do to
+        that. A body that cannot have stations is built without them then, and its notes say why. 0: never.
     provenance : dict of str
         Added to the source of the mesh.
 

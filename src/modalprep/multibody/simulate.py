@@ -10,11 +10,11 @@ from modalprep.errors import InputError
 from modalprep.multibody.checkpoints import RUNNING, Every, times_from
 from modalprep.multibody.compilation import by_two_processes
 from modalprep.multibody.evaluation.system_state import SystemState, state_of
-from modalprep.multibody.idle_stations import stations_where_needed
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration, Outcome
 from modalprep.multibody.model.events import Event, idle_closures
 from modalprep.multibody.model.functions.survey import survey_width
+from modalprep.multibody.model.idle_stations import stations_where_needed
 from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.momenta import unaudited

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from modalprep.reduction.damping import component_damping as component_damping
     from modalprep.reduction.damping import modal_damping as modal_damping
     from modalprep.reduction.damping import rayleigh as rayleigh
+    from modalprep.reduction.derivatives import LeftOut as LeftOut
     from modalprep.reduction.error import ReductionError as ReductionError
     from modalprep.reduction.error import reduction_error as reduction_error
     from modalprep.reduction.free_interface_basis import free_interface as free_interface

@@ -23,7 +23,7 @@ NEXT = 6  # of the derivatives that are left out, the most important: the others
 
 
 class LeftOut(NamedTuple):
-    """Derivatives that a basis leaves out: at a displacement d it lacks ``z products[r] z`` of vector r.
+    """Derivatives that a basis leaves out: at a displacement d it lacks ``z products[r] z`` of vector r (theory 4.10).
 
     ``z = shapes^T K d`` are the softest shapes in d.
 

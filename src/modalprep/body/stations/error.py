@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import deflected_points
+from modalprep.body.mass import affine_part, deflected
 from modalprep.body.stations.motion import Chain, chain, chain_outside, frames
 from modalprep.body.stations.record import Stations
-from modalprep.body.stations.shape import station_points
+from modalprep.body.stations.second_order import station_body
+from modalprep.body.stations.shape import beyond, station_points, with_stations
 
 LOOKED_AT = 2000  # nodes of large meshes
 REACH = 0.4  # of the size of a body: a large deflection
@@ -151,7 +152,7 @@ def _outside(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
 def errors_at(body: FlexibleBody, reach: float = REACH) -> Errors:
     """Return the estimated errors, over its size, of a body that bends by `reach` of it: the largest of two shapes.
 
-    The softest mode, and the two softest at once, each by as much.
+    The softest mode, and the two softest at once with equal energies.
 
     Examples
     --------
@@ -160,28 +161,35 @@ def errors_at(body: FlexibleBody, reach: float = REACH) -> Errors:
     >>> bool(1e-4 < found.spacing[0] < 4e-4)  # of the elastica 3e-4
     True
     """
-    shapes = np.eye(body.n)[np.flatnonzero(body.K > 0)[:2]]
-    way = np.array([_moved(body, e) for e in shapes])
-    both = (shapes / way[:, None]).sum(axis=0)
-    q = np.array([_bent_by(body, each, reach) for each in (shapes[0], both)])
+    softest = np.flatnonzero(body.K > 0)[:2]
+    shapes = np.eye(body.n)[softest] / np.sqrt(body.K[softest, None])
+    q = np.array([_bent_by(body, each, reach) for each in (shapes[0], shapes.sum(axis=0))])
     found = station_errors(body, q)
     return Errors(*(x.max(keepdims=True) / size_of(body) for x in found))
 
 
 def gap_of_modes(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
-    """Return how far (k,) the modes alone move the farthest node from where stations do at ``q (k, n)``, m.
+    """Return how far (k,) the modes alone move interfaces and centre of mass from where stations do at ``q (k, n)``, m.
 
     Examples
     --------
     >>> from modalprep.examples import large_cantilever
     >>> body = large_cantilever(modes=2, stations=4)
-    >>> gap_of_modes(body, np.zeros((1, body.n)))
+    >>> gap_of_modes(body, np.zeros((1, body.n))).round(12)
     array([0.])
     """
-    assert body.stations is not None
-    nodes = _some(body.stations.part)
-    some = body.with_(points=body.points[nodes], shape=body.shape[nodes], cells={}, energy={}, volume={}, stations=None)
-    return np.linalg.norm(deflected_points(some, q) - station_points(body, q, nodes), axis=2).max(axis=1)
+    at = station_body(body)
+    whole = affine_part(body)
+    found = np.empty(len(q))
+    for k, each in enumerate(q):
+        moved = frames(at.chain, each)
+        off = [with_stations(at, moved, each).s - deflected(whole, each).s]
+        for i in range(1, len(body.interface_name)):
+            alone = body.interface_position[i] + body.phi[i] @ each + beyond(body.Kg_F[i], at.strain[i], each, each)[0]
+            far = moved.r[len(at.stations) + i] + beyond(at.Kg_F[i], at.strain[i], each, each)[0]
+            off.append(body.m * (far - alone))
+        found[k] = np.linalg.norm(off, axis=1).max() / body.m
+    return found
 
 
 def size_of(body: FlexibleBody) -> float:

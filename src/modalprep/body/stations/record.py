@@ -61,8 +61,8 @@ class Stations(Record):
     outside : OutsideBasis or None
         Derivatives beyond those of the basis, for the statement of its error.
     idle_below : float
-        Of the body's size: runs and equilibria leave the stations out where the modes alone move every node to this as
-        they do (`large_deflection = "auto"`); 0, never.
+        Of the body's size: runs and equilibria leave the stations out where the modes alone move interfaces and centre
+        of mass to this as they do (`large_deflection = "auto"`); 0, never.
 
     Examples
     --------

@@ -73,7 +73,7 @@ def leaf_motion(
     the body, the displacement limited by the strain of its arm as in line.py.
     """
     leaf = len(at.stations) + k
-    x, slope, bulge = _beyond(at.Kg_F[k], at.strain[k], q, qd)
+    x, slope, bulge = beyond(at.Kg_F[k], at.strain[k], q, qd)
     v = -0.5 * (at.Kg_T[k] @ q) @ q
     turn, spin_q, spinning = _turn(v, -at.Kg_T[k] @ q, -(at.Kg_T[k] @ qd) @ qd, qd)
     R = turn @ moved.R[leaf]
@@ -83,7 +83,7 @@ def leaf_motion(
     return moved.r[leaf] + x, R, Phi, np.concatenate([linear + bulge, acceleration])
 
 
-def _beyond(Kg: np.ndarray, strain: np.ndarray, q: np.ndarray, qd: np.ndarray):
+def beyond(Kg: np.ndarray, strain: np.ndarray, q: np.ndarray, qd: np.ndarray):
     """Return the displacement ``g(tau) u, u = -q Kg q / 2``, its slopes (3, n) and its acceleration without q''."""
     across = -Kg @ q
     u, rate, second = across @ q / 2, across @ qd, -(Kg @ qd) @ qd
@@ -127,12 +127,13 @@ def station_points(body: FlexibleBody, q: np.ndarray, nodes: np.ndarray | None =
     """
     at = station_body(body)
     wanted = slice(None) if nodes is None else nodes
-    points, shape, part = body.points[wanted], body.shape[wanted], at.stations.part[wanted]
+    points = body.points[wanted]
+    part = at.stations.part[wanted]
     owned = np.flatnonzero(part >= 0)
     own = part[owned]
     arm = points[owned] - at.stations.centre[own]
     rigid = at.stations.moved[own] - skew(arm) @ at.stations.turned[own]
-    rest = shape[owned] - rigid
+    rest = body.shape[wanted][owned] - rigid
     found = np.repeat(points[None], len(q), axis=0).astype(float)
     for k, each in enumerate(np.asarray(q, dtype=float)):
         moved = frames(at.chain, each)

@@ -11,7 +11,7 @@ from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.idle_stations import stations_where_needed
+from modalprep.multibody.model.idle_stations import stations_where_needed
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.preparation import channels_at

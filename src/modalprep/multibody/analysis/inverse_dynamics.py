@@ -16,7 +16,7 @@ from modalprep.multibody.analysis.inverse_closed import drive_loops
 from modalprep.multibody.analysis.tangent import SystemTangent
 from modalprep.multibody.evaluation.coordinates import coordinates
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.idle_stations import stations_where_needed
+from modalprep.multibody.model.idle_stations import stations_where_needed
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
