@@ -2,6 +2,7 @@
 
 import ctypes
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -123,26 +124,62 @@ def test_shipped_systems_run_without_modalprep(name, outputs, stop, step, allowe
     np.testing.assert_array_equal(found["cs2"], found["cs3"])
 
 
-@pytest.mark.slow  # it compiles another library
-def test_rigid_bodies_in_closed_loops(tmp_path):
-    """A linkage of four bars under gravity."""
+def linkage(left, right, rate=0.0, gravity=-9.81):
+    """A linkage of four bars: two rods on hinges 1.5 m apart at some angles, their ends joined by a bar."""
     rod = small_systems()["rigid bodies in trees"].bodies["rod"]
     hinges = [
-        mp.Joint(name=name, type="revolute", parent="ground", child=name, position=[x, 0, 0], angle=angle)
-        for name, x, angle in (("left", 0.0, 0.3), ("right", 1.5, -0.2))
+        mp.Joint(name=name, type="revolute", parent="ground", child=name, position=[x, 0, 0], angle=angle, rate=rate)
+        for name, x, angle in (("left", 0.0, left), ("right", 1.5, right))
     ]
     bar = Closure(name="bar", type="distance", a="left.tip", b="right.tip")
     bodies = {hinge.name: rod for hinge in hinges}
-    system = mp.System(bodies=bodies, joints=hinges, closures=(bar,), gravity=np.array([0, -9.81, 0]))
+    return mp.System(bodies=bodies, joints=hinges, closures=(bar,), gravity=np.array([0, gravity, 0]))
+
+
+@pytest.mark.slow  # it compiles another library
+def test_rigid_bodies_in_closed_loops(tmp_path):
+    """A linkage of four bars under gravity, up to an event."""
+    system, event = linkage(0.3, -0.2), Event(name="low", when="right.tip.position.y + 0.6", terminal=True)
     outputs = ["left.angle", "right.rate", "right.tip.position[2]"]
     for fmi in "23":
-        write_fmu(system, tmp_path / f"bars{fmi}.fmu", fmi=fmi, t_end=1.0, output_step=STEP)
+        write_fmu(system, tmp_path / f"bars{fmi}.fmu", fmi=fmi, t_end=1.0, output_step=STEP, events=[event])
     found, problems = imported(jobs_of(tmp_path, "bars", outputs, 1.0, STEP, {"cs": 1e-8, "me": 1e-8}), tmp_path)
     assert not any(problems.values())
-    run = mp.simulate(system, t_end=1.0, output_step=STEP, rtol=1e-10)
-    assert np.ptp(run["left.angle"]) > 0.3
+    run = mp.simulate(system, t_end=1.0, output_step=STEP, rtol=1e-10, events=[event])
+    assert np.ptp(run["right.angle"]) > 0.3
     for job, history in found.items():
+        assert abs(history[0, -1] - run.events["low"][0]) < 1e-6, job
         assert apart(history, run, outputs) < 2e-6, job
+
+
+@pytest.mark.slow  # it compiles another library
+def test_a_change_point_is_told(tmp_path):
+    """A parallelogram that passes through one line at an angle of zero: once, by steps of its own and of others."""
+    system = linkage(0.3, 0.3, rate=-4.0, gravity=0.0)
+    model = write_fmu(system, tmp_path / "arm2.fmu", t_end=0.2)
+    assert any("tells where closed loops come near a change point" in note for note in model.notes)
+    run = mp.simulate(system, t_end=0.2, output_step=0.01, rtol=1e-9)
+    assert "pass a change point" in run.notes[0]
+    instance = Instance(tmp_path / "arm", tmp_path / "arm2.fmu")
+    made = instance.begun()
+    assert not any(instance.step(made, 0.01 * k, 0.01) for k in range(20))
+    assert abs(instance.get(made, "right.angle") - run["right.angle"][-1]) < 1e-6
+    (told,) = instance.said
+    crossed = np.interp(0.0, -run["left.angle"], run.time)
+    assert abs(float(re.match(r"near t = (\S+) s the closed loops come close", told)[1]) - crossed) < 0.05
+    other = instance.begun(exchange=True)
+    for k, t in enumerate(run.time):
+        states = [run[name][k] for name in ("left.angle", "right.angle", "left.rate", "right.rate")]
+        assert instance.complete(other, t, [*states, 0.0]) == 0
+    assert len(instance.said) == 2
+
+
+@pytest.mark.slow  # it compiles another library
+def test_loops_far_from_change_points_are_told_nothing_of_them(tmp_path):
+    write_fmu(linkage(1.2, 1.0), tmp_path / "arm2.fmu", t_end=0.2)
+    instance = Instance(tmp_path / "arm", tmp_path / "arm2.fmu")
+    assert instance.step(instance.begun(), 0.0, 0.2) == 0
+    assert not instance.said
 
 
 def test_an_event_ends_the_run(tmp_path):
@@ -332,12 +369,12 @@ class Instance:
         self.log = log
         self.callbacks = (ctypes.c_void_p * 5)(ctypes.cast(log, ctypes.c_void_p), None, None, None, None)
 
-    def new(self, token=None):
-        where = f"{(self.folder / 'resources').as_uri()}".encode()
-        return self.c.fmi2Instantiate(b"one", 1, (token or self.token).encode(), where, self.callbacks, 0, 0)
+    def new(self, token=None, exchange=False):
+        where, token = f"{(self.folder / 'resources').as_uri()}".encode(), (token or self.token).encode()
+        return self.c.fmi2Instantiate(b"one", 0 if exchange else 1, token, where, self.callbacks, 0, 0)
 
-    def begun(self):
-        made = ctypes.c_void_p(self.new())
+    def begun(self, exchange=False):
+        made = ctypes.c_void_p(self.new(exchange=exchange))
         assert (
             self.c.fmi2SetupExperiment(made, 1, ctypes.c_double(1e-7), ctypes.c_double(0.0), 0, ctypes.c_double(0.0))
             == 0
@@ -361,6 +398,15 @@ class Instance:
         value = (ctypes.c_double * 1)()
         assert self.c.fmi2GetReal(made, (ctypes.c_uint * 1)(self.references[name]), ctypes.c_size_t(1), value) == 0
         return value[0]
+
+    def complete(self, made, t, states):
+        """Give a state, ask for its derivatives, and say that the step is complete."""
+        numbers, rates = ((ctypes.c_double * len(states))(*values) for values in (states, [0.0] * len(states)))
+        count, ends = ctypes.c_size_t(len(states)), (ctypes.c_int * 2)()
+        self.c.fmi2SetTime(made, ctypes.c_double(t))
+        self.c.fmi2SetContinuousStates(made, numbers, count)
+        self.c.fmi2GetDerivatives(made, rates, count)
+        return self.c.fmi2CompletedIntegratorStep(made, 1, ends, ctypes.byref(ends, 4))
 
     def step(self, made, t, h):
         return self.c.fmi2DoStep(made, ctypes.c_double(t), ctypes.c_double(h), 1)

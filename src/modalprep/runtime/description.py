@@ -99,7 +99,7 @@ def _units(root: Element) -> None:
 
 def _categories(root: Element) -> None:
     categories = SubElement(root, "LogCategories")
-    for name in ("logAll", "logStatusError"):
+    for name in ("logAll", "logStatusError", "logStatusWarning"):
         SubElement(categories, "Category", name=name)
 
 

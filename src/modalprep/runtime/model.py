@@ -37,11 +37,11 @@ from modalprep.runtime.units import RATE_OF, about_channel, unit_of
 
 # of value references: core.h
 STATES, RATES, CHANNELS, COMBINED, GIVEN, GIVEN_RATES, GIVEN_ACCELERATIONS, INDICATORS = (k << 24 for k in range(1, 9))
-MAGIC = b"MPMODEL3"
+MAGIC = b"MPMODEL4"
 HEAD = (
     *("image", "relocations", "states", "width", "combined", "terms", "given", "inputs", "places", "stretches"),
     *("middles", "indicators", "codes", "method", "may_change", "bounded", "equations", "run", "watch", "outside"),
-    *("y", "state", "ydot", "row", "time", "rtol"),
+    *("y", "state", "ydot", "row", "time", "rtol", "looks", "sine"),
     *("slopes", "slope_relocations", "tangent", "seed", "found"),
 )  # words of the head of model.bin
 TOKEN = 64
@@ -154,7 +154,10 @@ def _refuse_change_point(integration: Integration) -> None:
 
 def _noted(integration: Integration) -> Iterator[str]:
     if integration.loading.loops:
-        yield "the FMU does not look for change points of closed loops, which simulate reports"
+        yield (
+            "the FMU tells where closed loops come near a change point, but not along which branch they go on, "
+            "which simulate looks at"
+        )
 
 
 def unique(variables: list[Variable]) -> tuple[Variable, ...]:
@@ -184,6 +187,7 @@ class Packing:
         eq, run = integration.equations, integration.steps
         y = run.y.copy()
         self.watch = new_watch(np.zeros(0), np.asarray(integration.watch.size), len(y), eq)
+        self.watch.branches[0] = self.loading.loops is not None
         self.out = Outside(run.y, y, np.zeros(len(y)), np.zeros(self.channels.width), *self.channels.columns)
         self.image = Image(eq, run, self.watch, self.out)
         without = [*without_tangent(system, eq)]
@@ -339,12 +343,17 @@ class Packing:
         places = [self.image.of(each) for each in (eq, run, self.watch, self.out)]
         places += [self.image.of(each) for each in (run.y, self.out.state, self.out.ydot, self.out.row)]
         bounded = any(map(_varies, _tables(eq))) or len(self.loading.stretches) > 1 or bool(self.system.depletions)
-        numbers = [*sizes, self.integration.choice.method, auto, bounded, *places, of_clock["time"], of_clock["rtol"]]
+        places += [of_clock["time"], of_clock["rtol"], self.image.of(self.watch.branches), self._sine(eq)]
+        numbers = [*sizes, self.integration.choice.method, auto, bounded, *places]
         slopes, own = self._slopes()
         arrays, numbers = [*arrays, *slopes], [*numbers, *own]
         body = struct.pack(f"<{len(HEAD)}q", *map(int, numbers)) + b"".join(x.tobytes() for x in arrays)
         token = hashlib.sha256(body).hexdigest()[:32]
         return MAGIC + token.encode().ljust(TOKEN, b"\0") + body, token
+
+    def _sine(self, eq: Equations) -> int:
+        """Return the place of how near closed loops came to a singular position."""
+        return 0 if eq.work is None else self.image.of(eq.work.least_sine)
 
     def _slopes(self) -> tuple[list[np.ndarray], list[int]]:
         """Return the image for directional derivatives with its places, and what the head says of it."""

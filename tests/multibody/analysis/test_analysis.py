@@ -297,6 +297,7 @@ def test_prescribed_history_needs_the_torque_that_simulation_reports():
 
 def test_frozen_states_whole_times_and_histories_need_no_other_kernels():
     """A kernel is compiled for each type of its arguments, which here takes longer than the analysis itself."""
+    pytest.importorskip("numba", reason="asks numba which kernels it has compiled")
     states, times = list(articulated_body.outward.dispatcher.signatures), list(table.dispatcher.signatures)
     system = carried(uniform_beam(modes=1), type="revolute", motion=mp.multibody.TimeFunction("t**2 / 2"))
     rest = static_equilibrium(system, t=1)

@@ -9,6 +9,7 @@
 #define GOOD -1
 #define MOST_STEPS 1000
 #define ROUND_OFF 1e-9
+#define REGULAR 0.3 /* kernels/closed_loops/singularities.py */
 enum { RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED, WOUND, NEAR, CUT }; /* integration/driver.py */
 enum { OPEN = -5 };                                                                   /* integration/stepping.py */
 enum { EXPLICIT = 0 };
@@ -60,7 +61,7 @@ static const Head *head(Core *core) { return core->model.head; }
 static double *number(Core *core, I place) { return at(core, place); }
 
 static int fail(Core *core, const char *text) {
-  core->say(core->owner, 1, text);
+  core->say(core->owner, ERRORS, text);
   return FAILED;
 }
 
@@ -93,7 +94,7 @@ static int read_model(Model *model, const char *path) {
   model->file = whole_file(path, &size);
   if (!model->file || size < sizeof(Head)) return FAILED;
   const Head *h = model->head = (const Head *)model->file;
-  if (memcmp(h->magic, "MPMODEL3", 8)) return FAILED;
+  if (memcmp(h->magic, "MPMODEL4", 8)) return FAILED;
   const char *from = model->file + sizeof(Head);
   model->image = next(&from, h->image);
   model->relocations = next(&from, 8 * h->relocations);
@@ -466,6 +467,24 @@ static int stopped(Core *core, I code) {
   return failed_at(core, "the accelerations cannot be computed");
 }
 
+/* Say once that closed loops come near a position in which a condition loses its direction. */
+static void tell_near(Core *core) {
+  char text[300];
+  snprintf(text, sizeof text, "near t = %.9g s the closed loops come close to a position in which a closure loses a condition: "
+           "if it is a change point, where branches of the motion cross, the FMU does not tell along which the motion goes on; "
+           "simulate does", core->t);
+  core->say(core->owner, WARNINGS, text);
+  *(I *)at(core, head(core)->looks) = 0;
+}
+
+/* Look at how near the evaluations since the last step came to such a position. */
+static void look(Core *core) {
+  if (!*(I *)at(core, head(core)->looks)) return;
+  double *sine = number(core, head(core)->sine);
+  if (*sine < REGULAR) tell_near(core);
+  *sine = 1;
+}
+
 /* A step of another integrator is complete. */
 int core_completed(Core *core) {
   I status = 0;
@@ -475,6 +494,7 @@ int core_completed(Core *core) {
   kernels()->complete(&status, &raised, at(core, head(core)->equations), at(core, head(core)->outside),
                       at(core, head(core)->run), at(core, head(core)->watch), core->t, h);
   core->before = core->t;
+  look(core);
   core->derived = status == GOOD;
   core->observed = 0;
   return status == GOOD ? DONE : stopped(core, status);
@@ -514,6 +534,7 @@ int core_advance(Core *core, double end, int once) {
       if (!begin(core, end)) return FAILED;
       code = RUNNING;
     }
+    if (code == NEAR) tell_near(core), code = RUNNING;
   } while (code == RUNNING && !once);
   changed(core);
   if (code == RUNNING) return UNDERWAY;

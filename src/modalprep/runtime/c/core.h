@@ -5,11 +5,12 @@
 #include <stdint.h>
 
 enum { FAILED, DONE, UNDERWAY };
+enum { NEWS, ERRORS, WARNINGS, SAYINGS }; /* of what is said */
 enum { TIME = 0, STATE = 0x1000000, RATE = 0x2000000, CHANNEL = 0x3000000, COMBINED = 0x4000000, GIVEN = 0x5000000,
        GIVEN_RATE = 0x6000000, GIVEN_ACCELERATION = 0x7000000, INDICATOR = 0x8000000 };
 enum { KIND_OF_VARIABLE = 0x7f000000, NUMBER_OF_VARIABLE = 0xffffff };
 typedef int64_t I;
-typedef void (*Say)(void *instance, int failed, const char *text);
+typedef void (*Say)(void *instance, int level, const char *text);
 
 /* The head of model.bin, words of eight bytes; runtime/model.py writes it. Places are in bytes of the image. */
 typedef struct {
@@ -17,7 +18,8 @@ typedef struct {
   I image, relocations, states, width, combined, terms, given, inputs, places, stretches, middles, indicators,
     codes;                                                                                         /* sizes */
   I method, may_change, bounded;                                                                   /* of the run */
-  I equations, run, watch, outside, y, state, ydot, row, time, rtol;                               /* places */
+  I equations, run, watch, outside, y, state, ydot, row, time, rtol,
+    looks, sine;                                                                                   /* places */
   I slopes, slope_relocations, tangent, seed, found; /* of the image for directional derivatives; no bytes: without */
 } Head;
 /* An input or a parameter, and its places; moves: of a prescribed motion, whose rate and acceleration are inputs too. */

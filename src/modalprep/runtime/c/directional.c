@@ -11,7 +11,7 @@ static const Head *head(Core *core) { return core->model.head; }
 static double *seed_of_states(Core *core) { return (double *)(core->slopes + head(core)->seed); }
 
 static int fail(Core *core, const char *text) {
-  core->say(core->owner, 1, text);
+  core->say(core->owner, ERRORS, text);
   return FAILED;
 }
 

@@ -14,11 +14,11 @@ static const Function functions[] = { sin, cos, tan, asin, acos, atan, sinh, cos
 
 static double *numbers(Core *core, I place) { return (double *)(core->memory + place); }
 
-static int says(Core *core, int failed, const Indicator *event, const char *what) {
+static int says(Core *core, int level, const Indicator *event, const char *what) {
   char text[200];
   snprintf(text, sizeof text, "event '%.64s' %s at t = %.9g s", event->name, what, core->t);
-  core->say(core->owner, failed, text);
-  return failed ? FAILED : DONE;
+  core->say(core->owner, level, text);
+  return level == ERRORS ? FAILED : DONE;
 }
 
 static int needs_channels(Core *core, const Indicator *event) {
@@ -46,7 +46,7 @@ int core_indicator(Core *core, I which, double *value) {
     }
   }
   *value = *top;
-  return isnan(*value) ? says(core, 1, event, "is not a number") : DONE;
+  return isnan(*value) ? says(core, ERRORS, event, "is not a number") : DONE;
 }
 
 int core_indicators(Core *core, double *values) {
@@ -88,7 +88,7 @@ void core_begin_events(Core *core) {
 int core_events(Core *core) {
   const Indicator *last = ends(core);
   keep_sides(core);
-  if (last) core->ended = 1, says(core, 0, last, "ends the run");
+  if (last) core->ended = 1, says(core, NEWS, last, "ends the run");
   return core->ended;
 }
 
@@ -174,7 +174,7 @@ static int advance_to_event(Core *core, double end, double *z, double *scratch) 
     if (ends(core)) {
       if (!locate(core, before, core->t)) return FAILED;
       core->ended = 1;
-      says(core, 0, ends(core), "ends the run");
+      says(core, NEWS, ends(core), "ends the run");
     }
     keep_sides(core);
   }
@@ -184,7 +184,7 @@ static int advance_to_event(Core *core, double end, double *z, double *scratch) 
 int core_advance_to_event(Core *core, double end) {
   size_t m = (size_t)core->model.head->indicators, n = (size_t)core->model.head->states;
   double *memory = malloc(8 * (4 * m + 3 * n)); /* values and rates at both ends of a step, and two states with a rate */
-  int done = memory ? advance_to_event(core, end, memory, memory + 2 * m) : says(core, 1, core->model.indicators, "has no memory");
+  int done = memory ? advance_to_event(core, end, memory, memory + 2 * m) : says(core, ERRORS, core->model.indicators, "has no memory");
   free(memory);
   return done;
 }

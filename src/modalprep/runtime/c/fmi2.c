@@ -35,10 +35,13 @@ typedef struct {
 #define CORE(c) (((FMU *)(c))->core)
 #define RESULT(x) return (x) ? OK : ERROR
 
-static void say(void *owner, int failed, const char *text) {
+static const Status status[SAYINGS] = { OK, ERROR, WARNING };
+static const char *const category[SAYINGS] = { "logAll", "logStatusError", "logStatusWarning" };
+
+static void say(void *owner, int level, const char *text) {
   FMU *f = owner;
   if (f->callbacks.logger)
-    f->callbacks.logger(f->callbacks.environment, f->name, failed ? ERROR : OK, failed ? "logStatusError" : "logAll", "%s", text);
+    f->callbacks.logger(f->callbacks.environment, f->name, status[level], category[level], "%s", text);
 }
 
 static int hex(char c) { return c <= '9' ? c - '0' : (c | 32) - 'a' + 10; }

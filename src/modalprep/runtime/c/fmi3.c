@@ -28,9 +28,12 @@ typedef uint32_t R;
 #define NOTHING(name, ...) \
   API Status fmi3##name(void *c, __VA_ARGS__) { return ERROR; }
 
-static void say(void *owner, int failed, const char *text) {
+static const Status status[SAYINGS] = { OK, ERROR, WARNING };
+static const char *const category[SAYINGS] = { "logAll", "logStatusError", "logStatusWarning" };
+
+static void say(void *owner, int level, const char *text) {
   FMU *f = owner;
-  if (f->logger) f->logger(f->environment, failed ? ERROR : OK, failed ? "logStatusError" : "logAll", text);
+  if (f->logger) f->logger(f->environment, status[level], category[level], text);
 }
 
 static char *path_of(const char *folder, const char *file) {

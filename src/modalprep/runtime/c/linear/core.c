@@ -20,7 +20,7 @@ typedef struct {
 static Linear *linear(Core *core) { return (Linear *)core; }
 
 static int fail(Core *core, const char *text) {
-  core->say(core->owner, 1, text);
+  core->say(core->owner, ERRORS, text);
   return FAILED;
 }
 
