@@ -9,7 +9,7 @@ import numpy as np
 from multibody.mechanisms import slider_crank
 
 import modalprep as mp
-from modalprep.examples import uniform_beam
+from modalprep.examples import large_cantilever, uniform_beam
 from modalprep.multibody.model.constraints import Closure
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring, Bushing
@@ -235,6 +235,17 @@ def rubbing(**options):
     return Case(system, ["root.angle", "root.rate", "arm.modal.1"], names, 0.1, **options)
 
 
+def bent(**options):
+    """A beam with stations on a sprung hinge, whose tip is pushed by a dead force: it bends by a thirtieth."""
+    spring = HingeElement(stiffness=4e3, damping=50.0)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", axis=(0, 0, 1), elements=spring)
+    push = mp.PointForce(name="push", at="beam.tip", force=np.array([0, -300.0, 0]))
+    bodies = {"beam": large_cantilever(modes=1, stations=4)}
+    system = mp.System(bodies=bodies, joints=(hinge,), gravity=np.array([0, -6.0, 0]), loads=(push,))
+    channels = ["hinge.angle", "beam.tip.position.x", "beam.tip.position.y", "hinge.force.x"]
+    return Case(system, channels, ["hinge.stiffness", "gravity.y", "beam.mode_stiffness.1"], 0.1, **options)
+
+
 def fixed(method, step=5e-3):
     """Options of a run with fixed steps, the same for the differences."""
     given = {"method": method, "step": step, "rtol": 1e-10, "atol": 1e-15}  # rtol: of the iterations of a step
@@ -259,6 +270,9 @@ CASES = {
     "four bar by generalised-alpha": lambda: four_bar(0.05, **fixed("generalised_alpha")),
     "elastic slider crank by rosenbrock": lambda: crank_slider(2e-4, **fixed("rosenbrock", 2e-5)),
     "elastic slider crank by generalised-alpha": lambda: crank_slider(2e-4, **fixed("generalised_alpha", 2e-5)),
+    "stations": bent,
+    "stations by rosenbrock": lambda: bent(**fixed("rosenbrock")),
+    "stations by generalised-alpha": lambda: bent(**fixed("generalised_alpha")),
     "chain by generalised-alpha": lambda: chain(**fixed("generalised_alpha")),
     "satellite by generalised-alpha": lambda: satellite(**fixed("generalised_alpha")),
 }

@@ -7,9 +7,10 @@ from size import FULL
 
 import modalprep as mp
 from modalprep.errors import InputError, SimulationError
+from modalprep.examples import large_cantilever
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring
-from modalprep.sensitivity import Objective, Parameter, course, last, squares
+from modalprep.sensitivity import Objective, Parameter, changed, course, last, squares
 from modalprep.sensitivity.parameters import find
 
 DIFFERENCES = 1e-6  # what differences of runs leave, relative to the largest derivative of a channel
@@ -46,6 +47,19 @@ def test_compiled_steps_are_those_of_python(name, monkeypatch):
     monkeypatch.setattr(course, "FEW", 0)
     python = case.forward().derivatives
     np.testing.assert_allclose(found, python, rtol=1e-9, atol=1e-9 * np.abs(python).max())
+
+
+def test_another_stiffness_of_a_mode_leaves_the_shapes():
+    """Stations, the second order of the modal mass and the modal mass itself are those of the shapes."""
+    beam = large_cantilever(modes=1, stations=4)
+    beam = beam.with_(T=np.zeros(3 * (beam.n,)), modal_mass=2 * np.eye(beam.n))
+    joint = mp.Joint(name="joint", type="weld", parent="ground", child="beam")
+    system = mp.System(bodies={"beam": beam}, joints=(joint,))
+    found = changed(system, ["beam.mode_stiffness.1"], [5.0]).bodies["beam"]
+    assert found.K[0] == 5.0
+    assert found.stations is beam.stations
+    assert found.T is not None
+    np.testing.assert_array_equal(found.modal_mass, beam.modal_mass)
 
 
 def oscillator(**elements):

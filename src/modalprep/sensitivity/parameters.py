@@ -18,6 +18,8 @@ from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.suggest import suggestion
 
 OF_MODES = {"mode_stiffness": "K", "mode_damping": "D"}
+# What belongs to the shapes of the modes, which another stiffness leaves as they are.
+OF_THE_SHAPES = ("stress", "recovery", "modal_mass", "T", "truncation", "mode_names", "stations")
 OF_START = {"modal": "modes_of", "modal_rate": "modal_rates_of"}
 MASS = "mass"
 LINEAR = ("stiffness", "damping", "friction", "limit_stiffness", "free_length", "free_position")
@@ -197,7 +199,7 @@ def _body_change(name: str, make: Callable[[FlexibleBody, float], FlexibleBody])
 def _with_number(body: FlexibleBody, field: str, k: int, value: float) -> FlexibleBody:
     numbers = getattr(body, field).copy()
     numbers[k] = value
-    return body.with_(**{field: numbers})
+    return body.with_(**{name: getattr(body, name) for name in OF_THE_SHAPES}, **{field: numbers})
 
 
 def with_mass(body: FlexibleBody, mass: float) -> FlexibleBody:
