@@ -3,10 +3,10 @@
     python benchmarks/adjoint.py [--quick]
 
 Chains of hinged bodies fall from rest for half a second, by the explicit method, and by the Rosenbrock method with the
-same fixed steps, and with springs, dampers and a bushing between the bodies; the gradient is that of the last angle by
-eight numbers. Runs and gradients alternate in one process; ratios are of medians. Then the systems of
-`tests/differentiated.py`, whose derivatives are compared with differences of runs. Prints tables, then
-one line of JSON:
+same fixed steps, with springs, dampers and a bushing between the bodies, and with the tip on a rail; the gradient is
+that of the last angle by eight numbers. Runs and gradients alternate in one process; ratios are of medians. Then the
+systems of `tests/differentiated.py`, whose derivatives are compared with differences of runs. Prints tables, then one
+line of JSON:
 
 - `reverse_over_run`: the way back through the steps over the run alone, of ten bodies of ten modes (two of two modes
   with --quick);
@@ -15,6 +15,7 @@ one line of JSON:
 - `rosenbrock_gradient_over_run`: the call of `gradient` over the run by the Rosenbrock method, of the same chain;
 - `alpha_gradient_over_run`: the same by generalised-alpha, for a fifth of the time;
 - `sprung_gradient_over_run`: the same of the chain with force elements, by the explicit method, by their numbers;
+- `closed_gradient_over_run`: the same of a chain whose tip slides on a rail, by the numbers of its hinges;
 - `worst`: the largest relative error of any derivative of the systems, by the name of each.
 """
 
@@ -30,7 +31,7 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from chains import chain, sprung_chain
+from chains import chain, closed_chain, sprung_chain
 
 import modalprep as mp
 from modalprep.sensitivity import last
@@ -83,7 +84,7 @@ def cost(
         "gradient_over_differences": whole / (2 * len(names) * run),
     }
     text = ", ".join(f"{name} {value:.3g}" for name, value in found.items())
-    what = " with springs" * bool(system.loads)
+    what = " with springs" * bool(system.loads) + " on a rail" * bool(system.closures)
     print(f"{count:3d} bodies of {modes:2d} modes{what}, {method}: {run * 1e3:9.1f} ms a run, {text}")
     return found
 
@@ -112,6 +113,8 @@ def main() -> None:
     costs[-1]["alpha_gradient_over_run"] = alpha["gradient_over_run"]
     springs = [cost(sprung_chain(*size), OF_SPRINGS, rounds) for size in sizes if size[0] > 1]
     costs[-1]["sprung_gradient_over_run"] = springs[-1]["gradient_over_run"]
+    closed = [cost(closed_chain(*size), of_hinges(size[0]), rounds) for size in sizes if size[0] > 1]
+    costs[-1]["closed_gradient_over_run"] = closed[-1]["gradient_over_run"]
     names = ["four bar", "bouncing rod"] if quick else list(CASES)
     errors = {}
     for name in names:

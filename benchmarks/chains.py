@@ -12,6 +12,7 @@ import modalprep as mp
 from modalprep.compiler.jit import compile_kernel
 from modalprep.examples import uniform_beam
 from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.model.constraints import Closure
 from modalprep.multibody.model.loads import AxialSpring, Bushing
 from modalprep.multibody.packing.tree import pack
 
@@ -60,6 +61,12 @@ def sprung_chain(count: int, modes: int = 0) -> mp.System:
     stiffness, damping = (2e2, 1e2, 3e2, 0, 0, 0), (2.0, 1.0, 3.0, 1.0, 2.0, 3.0)
     bush = Bushing(name="bush", between=ends, stiffness=stiffness, damping=damping)
     return chain(count, modes).with_(loads=(*springs, stay, bush))
+
+
+def closed_chain(count: int, modes: int = 0) -> mp.System:
+    """Return such a chain whose tip slides on a rail: two conditions of a loop."""
+    rail = Closure(name="rail", type="point_on_line", a="ground", b=f"l{count - 1}.tip", axis=np.array([1.0, 0, 0]))
+    return chain(count, modes).with_(closures=(rail,))
 
 
 def arguments(system: mp.System) -> tuple:

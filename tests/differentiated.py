@@ -10,7 +10,7 @@ from multibody.mechanisms import slider_crank
 
 import modalprep as mp
 from modalprep.examples import large_cantilever, uniform_beam
-from modalprep.multibody.model.constraints import Closure
+from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring, Bushing
 from modalprep.multibody.model.rotational_spring import RotationalSpring
@@ -130,6 +130,50 @@ def four_bar(duration=0.2, **options):
     return Case(system, channels, names, duration, **options)
 
 
+def sprung_four_bar(**options):
+    """A four-bar linkage with a spring, a bushing and a rotational spring between its bars."""
+    case = four_bar(0.004, **options)
+    stiff = {"stiffness": (2e3, 1e3, 3e3, 50.0, 60.0, 70.0), "damping": (20.0, 10.0, 30.0, 1.1, 2.1, 0.1)}
+    loads = (
+        AxialSpring(name="tie", between=("ground", "coupler.end"), stiffness=300.0, damping=7.0, free_length=0.4),
+        Bushing(name="bush", between=("crank.end", "rocker.end"), free_position=(1.0, 0.2, 0), **stiff),
+        RotationalSpring(
+            name="coil", between=("crank.root", "coupler.end"), axis=(0, 0, 1), stiffness=9.0, damping=0.2
+        ),
+    )
+    case.system = case.system.with_(loads=loads)
+    case.parameters = ["tie.stiffness", "tie.free_length", "bush.damping.2", "coil.stiffness", "pivot.position.x"]
+    return case
+
+
+def tied():
+    """Blocks and a beam in space, tied by conditions of every kind, a spring between them.
+
+    A universal pair at the tip of the beam, a rod of changing length, a coupler of hinges, and a second rod that says
+    what the first one does: its condition is redundant.
+    """
+    root = HingeElement(stiffness=20.0, damping=0.3)
+    joints = (
+        mp.Joint(name="root", type="revolute", parent="ground", child="block", axis=(0, 1, 0), rate=0.7, elements=root),
+        mp.Joint(name="ball", type="spherical", parent="block.tip", child="arm", angular_velocity=(0.3, 0.2, -0.5)),
+        mp.Joint(name="free", type="free", parent="ground", child="end", position=(11.0, 0.2, 0)),
+        mp.Joint(name="fin", type="revolute", parent="end.tip", child="fin", axis=(0, 0.6, 0.8), angle=0.2),
+        mp.Joint(name="tail", type="revolute", parent="fin.tip", child="tail", axis=(0, 0, 1), angle=-0.3),
+    )
+    rod = {"type": "distance", "a": "ground", "position": (11.0, 4.0, 2.0)}
+    closures = (
+        Closure(name="cross", type="universal", a="arm.tip", b="end.root", axis=(0, 1, 0), second_axis=(0, 0, 1)),
+        Closure(name="rod", b="end.root", length="sqrt(20 - 0.16) + 0.05*sin(30*t)", **rod),
+        Closure(name="stay", b="end.root", length="sqrt(20 - 0.16) + 0.05*sin(30*t)", **rod),
+        Coupler(name="gear", factors={"fin": 2.0, "tail": 1.0}),
+    )
+    tie = AxialSpring(name="tie", between=("block.root", "tail.tip"), stiffness=30.0, damping=0.7, free_length=9.0)
+    bodies = {"block": block(), "arm": uniform_beam(modes=2)} | {k: block(k) for k in ("end", "fin", "tail")}
+    system = mp.System(bodies=bodies, joints=joints, closures=closures, loads=(tie,), gravity=(0, 0, -9.81))
+    names = ["root.stiffness", "tie.stiffness", "cross.axis.x", "end.mass", "fin.angle", "root.rate"]
+    return Case(system, ["root.angle", "arm.modal.1", "tail.angle", "free.quaternion.2"], names, 0.03)
+
+
 def bouncing_rod():
     """A rigid rod falls on its tip and bounces, turning."""
     fall = mp.Joint(
@@ -191,7 +235,7 @@ def mounted():
     return Case(system, channels, names, 0.1, **fixed("generalised_alpha"))
 
 
-def sprung():
+def sprung(duration=0.04, **options):
     """A free block with a beam on a hinge and a block at its tip; every kind of force element between them."""
     turning = {"angular_velocity": (0.3, 0.5, 1.0)}
     joints = (
@@ -216,7 +260,8 @@ def sprung():
     bodies = {"block": block(), "arm": uniform_beam(modes=2), "end": block("end")}
     system = mp.System(bodies=bodies, joints=joints, loads=loads, gravity=(0, 0, -9.81))
     names = ["tie.stiffness", "tie.free_length", "bush.damping.5", "coil.stiffness", "jet.amplitude", "wrist.angle"]
-    return Case(system, ["wrist.angle", "free.quaternion.2", "arm.modal.1", "tie.tension"], names, 0.04)
+    channels = ["wrist.angle", "free.quaternion.2", "arm.modal.1", "tie.tension"]
+    return Case(system, channels, names, duration, **options)
 
 
 def rubbing(**options):
@@ -262,6 +307,7 @@ CASES = {
     "from equilibrium": hanging,
     "bushing by generalised-alpha": mounted,
     "springs between all bodies": sprung,
+    "tied by conditions of every kind": tied,
     "chain by rosenbrock": lambda: chain(**fixed("rosenbrock")),
     "satellite by rosenbrock": lambda: satellite(**fixed("rosenbrock")),
     "rubbing stop": rubbing,
@@ -273,6 +319,8 @@ CASES = {
     "stations": bent,
     "stations by rosenbrock": lambda: bent(**fixed("rosenbrock")),
     "stations by generalised-alpha": lambda: bent(**fixed("generalised_alpha")),
+    "springs by rosenbrock": lambda: sprung(0.02, **fixed("rosenbrock")),
+    "four bar with springs by rosenbrock": lambda: sprung_four_bar(**fixed("rosenbrock", 5e-4)),
     "chain by generalised-alpha": lambda: chain(**fixed("generalised_alpha")),
     "satellite by generalised-alpha": lambda: satellite(**fixed("generalised_alpha")),
 }

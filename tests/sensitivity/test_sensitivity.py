@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from differentiated import CASES, bouncing_rod, chain, mounted, satellite
+from differentiated import CASES, bouncing_rod, chain, satellite
 from size import FULL
 
 import modalprep as mp
@@ -155,10 +155,6 @@ def test_knots_of_a_drive_count_at_rest():
                 events=bouncing_rod().options["events"],
             ),
             "with events by 'rosenbrock' are not known; give method = 'explicit'",
-        ),
-        (
-            lambda: mp.run_sensitivities(mounted().system, ["stay.tension"], ["gravity.x"], 0.1, method="rosenbrock"),
-            "with springs or bushings between bodies are not known",
         ),
         (
             lambda: mp.run_sensitivities(

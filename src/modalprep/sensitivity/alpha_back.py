@@ -22,7 +22,8 @@ from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_rates
 from modalprep.multibody.model.joint_types import FREE, WITH_QUATERNION
 from modalprep.sensitivity.force_back import keep_products
-from modalprep.sensitivity.stages_back import accelerate, evaluate_stage, products, pulled_products
+from modalprep.sensitivity.solutions import accelerate
+from modalprep.sensitivity.stages_back import evaluate_stage, products, pulled_products
 
 NOT_SOLVED = -2  # beside the status of an evaluation
 LEFT = 1e-13  # of the right side: below, the solution is one

@@ -10,15 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.evaluation.evaluator import start_state
-from modalprep.multibody.evaluation.implicit_rows import with_force_elements
-from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.evaluation.evaluator import Evaluator, start_state
 from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.integration import driver
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.loads import SampledLoad
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import pack, pack_changed
+from modalprep.multibody.packing.tree import pack_changed
 from modalprep.multibody.preparation import prepare
 from modalprep.multibody.results.result import output_times
 from modalprep.multibody.simulate import check_span
@@ -27,7 +25,7 @@ from modalprep.sensitivity.differences import neighbours
 from modalprep.sensitivity.explicit import ExplicitStep
 from modalprep.sensitivity.generalised_alpha import AlphaStep
 from modalprep.sensitivity.jumps import Jump, JumpMap, Readers
-from modalprep.sensitivity.local import Local, Model, Moment
+from modalprep.sensitivity.local import Beside, Local, Model, Moment
 from modalprep.sensitivity.parameters import ModalStart, Parameter
 from modalprep.sensitivity.projection import Projection
 from modalprep.sensitivity.rosenbrock import RosenbrockStep
@@ -176,19 +174,36 @@ class Course:
     def start_slopes(self) -> np.ndarray:
         """Return the derivatives (ny, np) of the state at the start by the parameters."""
         found = np.zeros((self.ny, len(self.parameters)))
+        if self._rests and self.system.closures:
+            for along in self.model.beside:
+                found[:, along.number] = self._closed_start_slopes(along)
+            return found
         for k, each in enumerate(self.parameters):
             if isinstance(each, ModalStart):
                 found[each.row, k] = 1.0
-            elif not self._starts_alike(each):
+            elif self._starts_alike(each):
+                continue
+            elif self._rests and each.is_linear:
+                there = self._start(each.change(self.system, each.value + each.step))
+                found[:, k] = (there - self._start(self.system)) / each.step
+            else:
                 beside = neighbours(self.system, each)
                 found[:, k] = beside.derivative([self._start(other) for other in beside.systems])
         return found
 
+    def _closed_start_slopes(self, along: Beside) -> np.ndarray:
+        """Return the derivative (ny,) of the start at rest, closed, by one parameter."""
+        starts = [each.start for each in along.evaluators]
+        if all(np.array_equal(each, starts[0]) for each in starts):
+            return np.zeros(self.ny)
+        if along.moves_loops:
+            return along.derivative(starts)
+        others = along.found.systems  # closed by the least motion, which is not linear in masses
+        return along.found.derivative([Evaluator(other, until=self.options.duration).start for other in others])
+
     def _starts_alike(self, parameter: Parameter) -> bool:
         """Whether runs start at the same state for all values of a parameter."""
-        if self.system.closures:
-            return False
-        return self.given is not None or (self._rests and parameter.is_linear)
+        return self.given is not None or (self._rests and parameter.is_linear and not parameter.is_start)
 
     @property
     def _rests(self) -> bool:
@@ -196,7 +211,7 @@ class Course:
 
     def _start(self, system: System) -> np.ndarray:
         """Return the state at which a run of a system starts (ny,)."""
-        if self._rests and not system.closures:
+        if self._rests:
             return start_state(pack_changed(system, self.system))
         state = started(system, self.options.start, self.options.period)
         return self._prepared(system, state).steps.y[: self.ny].copy()
@@ -216,7 +231,8 @@ class Course:
     @cached_property
     def way_forward(self) -> WayForward | None:
         """The way forward through many explicit steps at once; None of a system to which it does not apply."""
-        return WayForward(self.way_back) if self.way_back and self.model.nu <= FEW else None
+        is_small_tree = self.model.loops is None and self.model.nu <= FEW
+        return WayForward(self.way_back) if self.way_back and is_small_tree else None
 
     @cached_property
     def _readers(self) -> Readers:
@@ -253,8 +269,6 @@ def refuse(system: System, options: Options) -> None:
         raise InputError(
             f"derivatives of a run with events by {options.method!r} are not known; give method = 'explicit'"
         )
-    if options.method == "rosenbrock":
-        _refuse_springs(system, options.duration)
     for event in options.events:
         _refuse_event(event)
     for load in system.loads:
@@ -268,12 +282,3 @@ def _refuse_event(event: Event) -> None:
     if event.terminal or event.activates or event.deactivates:
         does = "ends the run" if event.terminal else "begins or ends closures"
         raise InputError(f"derivatives of a run: event {event.name!r} {does}; those of impacts are known only")
-
-
-def _refuse_springs(system: System, duration: float) -> None:
-    """Refuse what the Rosenbrock method takes into its matrix that turns with the state."""
-    if with_force_elements(None, Loading(system, pack(system), duration).arrays) is not None:
-        raise InputError(
-            "derivatives of a run by 'rosenbrock' with springs or bushings between bodies are not known; give method = "
-            "'explicit' or 'generalised_alpha'"
-        )

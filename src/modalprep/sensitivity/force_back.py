@@ -56,9 +56,12 @@ END = np.dtype(
         ("rotation", np.float64, 9),
         ("velocity", np.float64, 3),
         ("omega", np.float64, 3),
+        ("velocity_of", np.float64, 6),  # both, where they are asked for
+        ("acceleration", np.float64, 6),  # less gravity, of ends of closures
         ("wrench", np.float64, 6),
         ("by_pose", np.float64, 6),
         ("by_rate", np.float64, 6),
+        ("by_acceleration", np.float64, 6),
         *((name, PULLED[name].base, PULLED[name].shape) for name in ("twist", "momentum", "spin", "placed", "moving")),
     ]
 )
@@ -107,7 +110,7 @@ def ends_of(evaluator: Evaluator, neighbours: Sequence[Evaluator]) -> Ends | Non
     other_springs, of_springs = others("axial_spring")
     other_bushings, of_bushings = others("bushing")
     return Ends(
-        rows=_rows(evaluator.packed, known),
+        rows=end_rows(evaluator.packed, known, first_place(evaluator.packed.model)),
         springs=ends(springs),
         bushings=ends(bushings),
         rotational=ends(turns),
@@ -128,12 +131,12 @@ def _places(packed: np.recarray) -> np.ndarray:
     return np.array([[packed[f"link{k}"], packed[f"interface{k}"]] for k in pairs]).transpose(2, 0, 1)
 
 
-def _rows(packed: Packed, known: list[tuple[int, int]]) -> np.recarray:
+def end_rows(packed: Packed, known: Sequence[tuple[int, int]], first: int) -> np.recarray:
+    """Return ends by link and interface, and a last one on the ground; `first` is a place in the work of the sweeps."""
     found = np.zeros(len(known) + 1, END).view(np.recarray)
-    first = first_place(packed.model)
     for k, (link, node) in enumerate(known):
         found.link[k], found.node[k] = link, node
-        found.slot[k] = first + k if packed.model.links["modes"][link] else -1
+        found.slot[k] = first + k if link >= 0 and packed.model.links["modes"][link] else -1
     found.slot[-1] = -1
     return found
 
@@ -149,13 +152,19 @@ def _others(packed: list[np.recarray]) -> tuple[np.recarray, np.recarray]:
     return np.array(found, own.dtype).view(np.recarray), rows(OTHER, of)
 
 
+def same_joints(one: Evaluator, other: Evaluator) -> bool:
+    """Whether the elements of joints of two systems, and all functions of time, are the same."""
+    a, b = one.loading.arrays, other.loading.arrays
+    tables = zip(a.environment.tables, b.environment.tables, strict=True)
+    return all(np.array_equal(x, y) for x, y in [*tables, (a.hinges, b.hinges)])
+
+
 def only_elements_differ(one: Evaluator, other: Evaluator) -> bool:
     """Whether two systems with the same tree differ in springs and bushings alone."""
     a, b = one.loading.arrays, other.loading.arrays
-    same = [*zip(a.environment.tables, b.environment.tables, strict=True), (a.hinges, b.hinges)]
-    same += list(zip(a.elements.rotational_spring, b.elements.rotational_spring, strict=True))
+    same = list(zip(a.elements.rotational_spring, b.elements.rotational_spring, strict=True))
     same.append((a.elements.point_force, b.elements.point_force))
-    return all(np.array_equal(x, y) for x, y in same)
+    return same_joints(one, other) and all(np.array_equal(x, y) for x, y in same)
 
 
 @compile_inline
@@ -179,7 +188,7 @@ def keep_products(ends, kept, away):
 def _go_back(ends, eq, t, work, pulled):
     last = len(ends.rows) - 1
     for k in range(last):
-        _place(work.modes, eq.model, eq.data, work, pulled, ends.rows[k])
+        place_end(work.modes, eq.model, eq.data, work, pulled, ends.rows[k])
     elements, tables = eq.loads.elements, eq.loads.environment.tables
     _springs(ends, elements.axial_spring, tables, t)
     _bushings(ends, elements.bushing)
@@ -190,7 +199,7 @@ def _go_back(ends, eq, t, work, pulled):
 
 
 @compile_kernel
-def _place(modes, model, data, work, pulled, end):
+def place_end(modes, model, data, work, pulled, end):
     """Write the motion of an end, and its velocities by w."""
     link = model.links[end.link]
     p, R, v, w = node_state(model, data, end.link, end.node)
@@ -224,11 +233,18 @@ def _add(modes, model, data, work, pulled, end):
     put_twist(end.placed, 0, (get3(end.by_pose), add3(get_angular(end.by_pose), turned)))
     for c in range(6):
         end.placed[c], end.moving[c], end.wrench[c] = -end.placed[c], -end.by_rate[c], -end.wrench[c]
+    bring_to_link(modes, model, data, work, pulled, end)
+
+
+@compile_kernel
+def bring_to_link(modes, model, data, work, pulled, end):
+    """Add what stands at an end to its link and to the modes of its body."""
     arm = sub3(get3(end.position), get3(data.links[end.link].position))
     if modes is not None:
         if end.slot >= 0:
             pull_modes(model, data, work, pulled, end.link, end.node, end.slot, arm, end.wrench, end)
     own = pulled.links[end.link]
+    add_wrench_at(own.momentum, end.momentum, arm)
     add_wrench_at(own.placed, end.placed, arm)
     add_wrench_at(own.moving, end.moving, arm)
     add_wrench_at(work.frames[end.link].wrench, end.wrench, arm)

@@ -185,4 +185,6 @@ def _many(
 def _take(course: Course, k: int, of_states: np.ndarray, bar: np.ndarray, bar_p: np.ndarray) -> None:
     """Add the gradients by the state after k steps."""
     for output in course.outputs_after(k):
+        if not np.any(of_states[output]):
+            continue
         bar[: course.ny] += course.reverse_closed(output, of_states[output], bar_p)

@@ -18,6 +18,7 @@ from modalprep.multibody.evaluation.system_state import SystemState
 from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack_changed
+from modalprep.sensitivity.compliance import Compliance
 from modalprep.sensitivity.differences import LINEAR, Neighbours, neighbours, weighted
 from modalprep.sensitivity.parameters import Parameter
 from modalprep.sensitivity.tangent_maps import Kinematics, Layout
@@ -88,7 +89,7 @@ class Model:
                 self.beside.append(self._along(k, each, until))
 
     def _along(self, number: int, parameter: Parameter, until: float) -> Beside:
-        if parameter.is_linear:
+        if parameter.is_linear and not parameter.is_start:
             weights = np.array(LINEAR.weights) / parameter.step
             other = self._evaluator(parameter.change(self.system, parameter.value + parameter.step), until)
             return Beside(number, self.system, parameter, (self.evaluator, other), weights, moves_loops=False)
@@ -157,6 +158,24 @@ class Model:
             found = [linear_of(each, y) for each in along.evaluators]
             by_parameter[:, :, along.number] = along.derivative(found)
         return linear_of(self.evaluator, y), by_parameter
+
+    @cached_property
+    def compliance(self) -> Compliance:
+        """The springs and bushings that a Rosenbrock step treats implicitly."""
+        return Compliance(self.evaluator)
+
+    @cached_property
+    def _compliances(self) -> dict[int, Compliance]:
+        """Those of all evaluators."""
+        return {id(each): Compliance(each) for each in self.evaluators}
+
+    def compliance_slopes(self, y: np.ndarray, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Return the derivatives (nu, np) of the force of these springs by the parameters."""
+        found = np.zeros((self.nu, len(self.parameters)))
+        for along in self.beside:
+            forces = [self._compliances[id(each)].force(y, place, rate) for each in along.evaluators]
+            found[:, along.number] = along.derivative(forces)
+        return found
 
 
 def _are_alike(one: Tables, other: Tables) -> bool:

@@ -43,7 +43,8 @@ class Parameter:
     is_start : bool
         Whether it changes nothing but where the run starts.
     is_linear : bool
-        Whether the forces that given accelerations need are linear in it, and loops do not depend on it.
+        Whether the forces that given accelerations need are linear in it, and loops do not depend on it; of a start
+        value whether the state where a tree starts at rest is.
 
     Examples
     --------
@@ -228,7 +229,7 @@ def _of_record(system: System, name: str) -> Parameter:
         change=lambda other, value: (one if other is system else Parameters(other, [name])).change([value]),
         size=size,
         is_start=start,
-        is_linear=_is_linear(system, place),
+        is_linear=start or _is_linear(system, place),
     )
 
 

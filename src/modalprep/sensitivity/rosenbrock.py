@@ -3,8 +3,9 @@
 A stage solves ``ID(Y, k) + D_0 (r + h g k) + K_0 (h g s_0 + q + (h g)^2 k) = G' l`` with the speeds
 ``s = s_0 + h g k``, the stiffness and damping K_0, D_0 of modes and hinges, and sums r, q, s_0 of the stages before
 (theory 5.3), and closed loops keep the accelerations of their conditions zero: its changes need the tangent of inverse
-dynamics at Y with k for the accelerations. Limits and friction make K_0 and D_0 depend on the state before the step.
-Trees go back in compiled code (rosenbrock_back.py).
+dynamics at Y with k for the accelerations. Limits and friction make K_0 and D_0 depend on the state before the step,
+springs and bushings on that of the stage (compliance.py). Trees without these go back in compiled code
+(rosenbrock_back.py).
 """
 
 from __future__ import annotations
@@ -28,13 +29,19 @@ class Stage:
         place = place + wide * own
         K0, D0 = linear
         closed, rows = model.constrained(Y, step.at(c))
-        M = model.evaluator.mass(Y) + np.diag(wide * D0 + wide**2 * K0)
+        springs = model.compliance
+        M = model.evaluator.mass(Y) + np.diag(wide * D0 + wide**2 * K0) + springs.matrix(Y, wide**2, wide)
         by_force, by_rows = saddle_inverse(M, rows)
-        push = model.evaluator.required(Y, np.zeros(model.nu)) + D0 * rate + K0 * place
+        push = model.evaluator.required(Y, np.zeros(model.nu)) + D0 * rate + K0 * place + springs.force(Y, place, rate)
         self.k = by_rows @ closed - by_force @ push
         self.by_linear = np.array([place + wide**2 * self.k, rate + wide * self.k])  # the residual by K_0 and D_0
-        self.local = Local(model, Y, step.at(c), self.k, np.sum(linear * self.by_linear, axis=0))
+        more = np.sum(linear * self.by_linear, axis=0) + springs.force(Y, *self.by_linear)
+        self.local = Local(model, Y, step.at(c), self.k, more)
+        self.local.K = self.local.K + springs.force_slopes(Y, *self.by_linear)
         self.by_force, self.by_rows = saddle_inverse(M, self.local.rows.slopes.G if self.local.rows else None)
+        self.by_places = springs.matrix(Y, 1.0, 0.0)
+        self.by_rates = springs.matrix(Y, 0.0, 1.0)
+        self.springs_p = model.compliance_slopes(Y, *self.by_linear)
         self.speed = own + wide * self.k
         self.kinematics: Kinematics = model.layout.kinematics(np.concatenate([Y[:nx], self.speed]))
         self.rate = np.concatenate([self.kinematics.rates_u @ self.speed, self.k])
@@ -70,7 +77,8 @@ class RosenbrockStep(StepMap):
         rates: list[np.ndarray] = []
         speeds: list[np.ndarray] = []
         for i, stage in enumerate(self.stages):
-            Y, rate, place = dz[:ny].copy(), 0.0, 0.0
+            Y = dz[:ny].copy()
+            rate, place = np.zeros((2, self.model.nu, dz.shape[1]))
             for j in range(i):
                 Y += h * ALPHA[i, j] * rates[j]
                 rate = rate + h * GAMMA[i, j] * rates[j][nx:]
@@ -78,7 +86,8 @@ class RosenbrockStep(StepMap):
             own = Y[nx:] + rate
             x, u, local = Y[:nx], Y[nx:], stage.local
             force = local.force(x, u, dp) + np.einsum("ck,ckp->kp", stage.by_linear, linear)
-            force += D0 * rate + K0 * (place + wide * own)
+            force += D0 * rate + K0 * (place + wide * own) + stage.springs_p @ dp
+            force += stage.by_rates @ rate + stage.by_places @ (place + wide * own)
             k = -stage.by_force @ force - stage.by_rows @ local.acceleration(x, u, dp)
             speeds.append(own + wide * k)
             rates.append(np.vstack([stage.kinematics.rates_x @ x + stage.kinematics.rates_u @ speeds[i], k]))

@@ -17,8 +17,8 @@ from modalprep.multibody.integration.rosenbrock import ALPHA, GAMMA, STAGES, WEI
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import kinematic
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_lengths, pull_rates
+from modalprep.sensitivity.solutions import accelerate
 from modalprep.sensitivity.stages_back import (
-    accelerate,
     combine,
     keep_accelerations,
     keep_inertias,

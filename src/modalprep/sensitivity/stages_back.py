@@ -17,14 +17,15 @@ from modalprep.multibody.elements import hinge
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, load, respond
 from modalprep.multibody.integration.dop853_table import STAGES, A, B, C
 from modalprep.multibody.kernels.algebra.tuples import copy, get6, put6
-from modalprep.multibody.kernels.articulated_body import clear_wrenches, forward_bias, inward_bias
-from modalprep.multibody.kernels.modal import add_modal_loads
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.tangents.data import Sweep
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_back import Pulled, pull_inward, pull_outward
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_lengths, pull_rates
+from modalprep.sensitivity.closing_back import closing_back
 from modalprep.sensitivity.force_back import Ends, forces_back
+from modalprep.sensitivity.loops_back import LoopEnds, keep_forces, keep_stage, loops_back
+from modalprep.sensitivity.solutions import accelerate_closed
 
 
 @by_address
@@ -77,6 +78,7 @@ class Back(NamedTuple):
     work: Sweep
     pulled: Pulled
     ends: Ends | None  # of force elements
+    loops: LoopEnds | None
     rates: np.ndarray  # (12, nx + nu + 1) of the stages
     bars: np.ndarray  # (12, nx + nu) gradients by them
     raw: np.ndarray  # (nx + nu + 1,) state at the end, quaternions as they came
@@ -108,7 +110,9 @@ def steps_back(stages, steps, count, back, bar):
     for k in range(count - 1, -1, -1):
         for c in range(len(bar)):
             bar[c] += steps.after[k, c]
-        status = evaluate_stages(stages, steps, k, back)
+        status = closing_back(back.loops, stages.s0, steps, k, back, bar)
+        if status == GOOD:
+            status = evaluate_stages(stages, steps, k, back)
         if status != GOOD:
             return status
         _step_back(stages, steps, k, back, bar)
@@ -125,12 +129,20 @@ def evaluate_stages(stages, steps, k, back):
         state, rates = steps.states[row], back.rates[i]
         combine(begin, back.rates, A[i], i, h, state)
         steps.time[row] = steps.t[k] + C[i] * h
+        _expect_rank(back.loops, stages.s0.work, stage_of(stages, i).work, i)
         status = evaluate_stage(stage_of(stages, i), back.kept, i, steps.time[row], state, rates)
         if status != GOOD:
             return status
         copy(rates[nx : nx + nu], steps.accelerations[row])
     combine(begin, back.rates, B, STAGES, h, back.raw)
     return GOOD
+
+
+@compile_inline
+def _expect_rank(loops, first, work, i):
+    """Let the factor of stage i have the rank of that of the first, whose state is closed."""
+    if loops is not None:
+        work.closed_rank[0] = len(work.order) if i == 0 else first.rank[0]
 
 
 @compile_kernel
@@ -238,7 +250,9 @@ def _step_back(stages, steps, k, back, bar):
 def _stage_back(eq, i, steps, row, back, bar):
     """Write the gradient by the state of stage i to `own`, by that of its rates."""
     nx, push = eq.model.nx, steps.push[row]
-    accelerate(eq, bar[nx : nx + len(push)], push)
+    keep_forces(back.loops, eq)
+    accelerate_closed(back.loops, eq, bar[nx : nx + len(push)], push)
+    keep_stage(back.loops, eq, row)
     products(eq, i, steps.time[row], push, back)
     for u in range(len(push)):
         back.joints[0] += push[u] * eq.tau[u]
@@ -258,20 +272,11 @@ def pulled_products(eq, t, push, back):
     """Write such products after `outward_tangents` of an evaluation that has not been solved with."""
     pull_outward(eq.model, eq.data, back.work, back.pulled, push)
     forces_back(back.ends, eq, t, back.work, back.pulled)
+    loops_back(back.loops, eq, back.work, back.pulled)
     pull_inward(eq.model, eq.data, back.work, back.pulled, back.by_x, back.by_u)
     for u in range(len(push)):
         back.by_x[u] -= eq.slope[0, u] * push[u]
         back.by_u[u] -= eq.slope[1, u] * push[u]
-
-
-@compile_kernel
-def accelerate(eq, force, out):
-    """Write the accelerations that forces (nu,) alone make, with the factor of the last evaluation."""
-    model, data = eq.model, eq.data
-    clear_wrenches(model, data)
-    add_modal_loads(data.modal, model, force)
-    inward_bias(model, data, force)
-    forward_bias(model, data, force, out)
 
 
 @compile_kernel

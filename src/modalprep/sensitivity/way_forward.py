@@ -21,7 +21,8 @@ from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_rates
 from modalprep.sensitivity.jumps import Jump
-from modalprep.sensitivity.stages_back import accelerate, evaluate_stages, pulled_products, restore, stage_of
+from modalprep.sensitivity.solutions import accelerate
+from modalprep.sensitivity.stages_back import evaluate_stages, pulled_products, restore, stage_of
 from modalprep.sensitivity.tangent_maps import Layout
 from modalprep.sensitivity.trace import Step
 from modalprep.sensitivity.way_back import NOT_POSITIVE, WayBack

@@ -22,7 +22,7 @@ from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.responses import Responses, mean_response, new_responses, prepare, respond
 from modalprep.multibody.model.joint_types import KINDS
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.coordinate_names import coordinate_names
+from modalprep.multibody.packing.coordinate_names import CoordinateNames, coordinate_names
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
 
@@ -125,8 +125,6 @@ class Evaluator:
         Whether the coordinate is an angle.
     owner : tuple of (str, str)
         What each speed belongs to: ``("joint", name)`` or ``("body", name)``.
-    names : CoordinateNames
-        Of the nu coordinates and of the nu speeds.
 
     Examples
     --------
@@ -153,8 +151,12 @@ class Evaluator:
         self.applied: list[tuple[str, np.ndarray]] = []  # interface, force and torque (6,) besides the loads
         self.inputs: dict[str, Any] = {}  # made by `input_of`
         self.start = self._started(t)
-        self.names = self.packed.kept("names", lambda: coordinate_names(self.packed))
         _, self.scale, self.turns, self.owner, self.size = _measured(system)
+
+    @cached_property
+    def names(self) -> CoordinateNames:
+        """Those of the nu coordinates and of the nu speeds."""
+        return self.packed.kept("names", lambda: coordinate_names(self.packed))
 
     def _started(self, t: float) -> np.ndarray:
         """Return the start, lengths and sums "as at the start" taken at zero, closed again at t."""
