@@ -113,11 +113,11 @@ def _energy_error(model: FEModel, Phi: np.ndarray, body: FlexibleBody, rng: np.r
 
 
 def _unbalanced(model: FEModel, reduction: Reduction) -> float:
-    """Return the residual force at the independent DOFs except the root's, relative to that of the elastic terms."""
+    """Return the residual force at the independent DOFs except the root's, relative to loads and elastic terms."""
     loose = reduction.basis[:, reduction.frequency == 0]  # mechanisms balance their load by inertia
     loads = reduction.loads - model.M @ (loose @ (loose.T @ reduction.loads))
     force = model.C.T @ (model.K @ reduction.static - loads)
-    terms = abs(model.C).T @ (abs(model.K) @ np.abs(reduction.static))
+    terms = abs(model.C).T @ (abs(model.K) @ np.abs(reduction.static) + np.abs(loads))
     force[np.searchsorted(model.free, model.interfaces[0].dofs)] = 0.0
     return float(np.max(np.abs(force).max(axis=0) / np.maximum(terms.max(axis=0), TINY), initial=0.0))
 

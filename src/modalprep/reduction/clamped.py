@@ -15,6 +15,7 @@ from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import inner, product
 from modalprep.linalg.bordered import Bordered
 from modalprep.linalg.congruent import Congruent, stored
+from modalprep.linalg.empty import EmptyFactor
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.memory import reserved
 from modalprep.linalg.sparse import times
@@ -199,10 +200,10 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT, colum
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
     i = _others(b, len(model.free))
-    if len(model.free) == len(b):
-        raise InputError("every node belongs to a fixed interface, so that no mode is left; fix fewer nodes")
     K = _of_independent(model, model.K, b, i)
     M = _of_independent(model, model.M, b, i)
+    if len(model.free) == len(b):
+        return Clamped(model, K, M, _nothing_inside(b))
     try:
         with reserved(8.0 * len(model.free) * columns):
             factor = algebra.factorise(K.inside, solver)
@@ -210,6 +211,13 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT, colum
         raise MechanismError(_moving(model, model.free[i], np.asarray(K.inside.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K.inside, factor, model.free[i])
     return Clamped(model, K, M, factor)
+
+
+def _nothing_inside(b: np.ndarray) -> Factor:
+    """Return the factor of the matrix without rows, of a body that its constraint modes describe whole."""
+    if len(b) == 6:
+        raise InputError("every node belongs to the fixed interface, so that no mode is left; fix fewer nodes")
+    return EmptyFactor()
 
 
 def _others(b: np.ndarray, n: int) -> slice | np.ndarray:
