@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 import tomli_w
 from bad import good
+from bad.decks import KINDS, write_matrices_of_the_part
 from bad.mutations import of_bytes, of_tables, places
 from fe.readers.boxes import BDF, CDB, INP
 from hypothesis import HealthCheck, given, settings
@@ -100,6 +101,46 @@ def test_damaged_files_are_read_or_refused(originals, name, data):
         found = READERS[name](file)
         assert is_dataclass(found)
         assert name == "run.h5" or all_finite(found)  # a result may hold any number
+
+
+def assembled(file):
+    """The model of a deck of one of the kinds."""
+    mesh = mp.read_mesh(file, gaps="closed" if file.suffix == ".bdf" else None)
+    return mp.assemble(mesh, {}, {"root": mp.Interface(node=int(mesh.labels[0]), kind="node")})
+
+
+@pytest.fixture(scope="module")
+def kinds(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kinds")
+    for name, text in KINDS.items():
+        (folder / name).write_text(text)
+    write_matrices_of_the_part(folder / "part.op4")
+    return folder
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_decks_of_each_kind_are_read(kinds, name):
+    model = assembled(kinds / name)
+    assert model.rigid.m > 0
+
+
+@pytest.mark.filterwarnings("ignore::modalprep.ModalprepWarning")
+@pytest.mark.parametrize("name", [*KINDS, "part.op4"])
+@bounded(60)
+@given(data=st.data())
+def test_damaged_decks_of_each_kind_are_read_or_refused(kinds, name, data):
+    """Their models too; of the part that comes as matrices its file is damaged as well."""
+    content = (kinds / name).read_bytes()
+    file = kinds / ("external.bdf" if name == "part.op4" else f"damaged-{name}")
+    damaged = kinds / name if name == "part.op4" else file
+    damaged.write_bytes(data.draw(of_bytes(content)))
+    try:
+        with suppress(InputError):
+            model = assembled(file)
+            assert np.all(np.isfinite(model.K.data))
+            assert np.all(np.isfinite(model.M.data))
+    finally:
+        (kinds / name).write_bytes(content)
 
 
 def tables(file):

@@ -6,6 +6,7 @@ from beam_series import effective_masses
 from scipy.linalg import eigh
 
 import modalprep as mp
+from modalprep.body.verify import check_projection
 from modalprep.errors import InputError, MechanismError
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 from modalprep.linalg.onemkl import library
@@ -153,3 +154,22 @@ def test_interior_dofs_are_those_outside_fixed_interfaces_wherever_these_lie(x, 
         np.testing.assert_array_equal(whole.tocsr().toarray(), exact)
         np.testing.assert_array_equal(whole.diagonal(), exact.diagonal())
         np.testing.assert_allclose(whole @ exact, exact @ exact, rtol=0, atol=1e-13 * np.abs(exact).max() ** 2)
+
+
+def test_a_body_whose_nodes_are_all_held_has_its_constraint_modes(tmp_path):
+    """A bar of one element between two fixed interfaces: no mode inside, and the same body as with a free end."""
+    deck = "GRID,1\nGRID,2,,1.\nCBAR,1,5,1,2,0.,1.,0.\nPBAR,5,7,.01,3.-6,2.-6,4.-6\nMAT1,7,2.+11,,.3,8000.\nENDDATA\n"
+    (tmp_path / "bar.bdf").write_text(deck)
+    mesh = mp.read_mesh(tmp_path / "bar.bdf")
+    root = mp.Interface(node=1, kind="node")
+    found = []
+    for boundary in ("fixed", "free"):
+        model = mp.assemble(mesh, {}, {"root": root, "tip": mp.Interface(node=2, kind="node", boundary=boundary)})
+        reduction = mp.craig_bampton(model, modes=6)
+        body = mp.flexible_body(model, reduction, name="bar")
+        assert [check for check in check_projection(model, reduction, body) if not check.passed] == []
+        found.append(reduction.frequency)
+    assert len(found[0]) == 6
+    np.testing.assert_allclose(*found, rtol=1e-9)  # round-off of an axial stiffness over a bending one
+    with pytest.raises(mp.InputError, match="every node belongs to the fixed interface"):
+        mp.craig_bampton(mp.assemble(mesh, {}, {"root": mp.Interface(group="pbar_5", kind="rbe2")}), modes=1)

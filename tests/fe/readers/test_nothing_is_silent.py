@@ -232,3 +232,99 @@ def test_options_of_elements_of_ansys(tmp_path, number):
             silent = read(f"KEYOPT,1,{option},{value}") == first
             assert not silent or option in IDLE.get(number, ()) or option in USED.get(number, ())
             assert (number, option, value) not in REFUSED or not silent
+
+
+# ---- what was once dropped without a word
+
+CUBE = [*nblock(UNIT_CUBE), *eblock(range(1, 9))]
+
+
+def ansys_mesh(folder, *lines, number="185", nodes=CUBE):
+    return mp.read_mesh(ansys_deck(folder, [f"ET,1,{number}", *STEEL, *nodes, *lines]))
+
+
+@pytest.mark.parametrize("card", ["BCTSET", "BCONP", "BCTABLE", "BGSET", "TIE", "RBE2GS", "CPLSTN4", "CSPOT"])
+def test_contact_glue_and_other_elements_of_nastran_are_refused(tmp_path, card):
+    message = outcome(tmp_path / "deck.bdf", CASE + GRIDS + ROD + f"{card},77,1,2\nENDDATA\n")
+    assert f"{card} 77" in message
+    assert f"ignore = ['{card}']" in message
+
+
+def test_a_row_behind_the_last_of_a_pbeam_is_refused(tmp_path):
+    rows = ",,,,,,,,\n" * 3  # C1 to F2, K1 to CW, M1 to N2
+    text = CASE + GRIDS + BAR.replace("CBAR", "CBEAM") + PBEAM + rows
+    assert isinstance(outcome(tmp_path / "deck.bdf", text + "ENDDATA\n"), tuple)
+    assert "behind its last row" in outcome(tmp_path / "deck.bdf", text + ",5.,5.\nENDDATA\n")
+
+
+def test_commands_of_ansys_on_ranges_of_nodes(tmp_path):
+    """NODE, NEND and NINC: D, F and M act on nodes 1, 3, 5 and 7, not on the first alone."""
+    mesh = ansys_mesh(tmp_path, "D,1,UX,0,,7,2,UY", "F,1,FX,5.,,7,2", "M,1,UX,7,2")
+    held, load = mesh.supports["held"], mesh.loads["forces"]
+    assert mesh.labels[held.nodes].tolist() == mesh.labels[load.nodes].tolist() == [1, 3, 5, 7]
+    assert held.components.sum(axis=0).tolist() == [4, 4, 0, 0, 0, 0]
+    assert load.forces.sum(axis=0).tolist() == [20, 0, 0]
+    assert len(mesh.groups["master"]["vertex"]) == 4
+    with pytest.raises(mp.InputError, match="from 3 to 1"):
+        ansys_mesh(tmp_path, "D,3,UX,0,,1")
+
+
+@pytest.mark.parametrize("command", ["DDELE,1,ALL", "CEDELE,1", "EKILL,1", "MPCHG,2,1", "ENDRELEASE,,-1,BALL"])
+def test_commands_of_ansys_that_take_back_are_refused(tmp_path, command):
+    with pytest.raises(mp.InputError, match="changes what stands before it"):
+        ansys_mesh(tmp_path, command)
+
+
+def test_a_pipe_of_ansys_weighs_what_it_holds(tmp_path):
+    """SECDATA: outer diameter, wall, ..., materials of contents and insulation, thickness of the insulation."""
+    nodes = [*nblock([(0, 0, 0), (1, 0, 0), (0, 0, 1)]), *eblock((1, 2, 3))]
+    section = ["SECTYPE,1,PIPE", "SECDATA,.1,.01,8,,,2,3,.02", "MP,DENS,2,1000.", "MP,DENS,3,200."]
+    pipe = next(iter(ansys_mesh(tmp_path, *section, number="288", nodes=nodes).properties.values()))
+    assert pipe.nsm == pytest.approx(np.pi * (1000 * 0.04**2 + 200 * (0.07**2 - 0.05**2)), rel=1e-14)
+    with pytest.raises(mp.InputError, match="material 2 of its contents or insulation has no DENS"):
+        ansys_mesh(tmp_path, *section[:2], number="288", nodes=nodes)
+
+
+def test_what_ansys_says_of_the_analysis_is_said(tmp_path):
+    bar = [*nblock([(0, 0, 0), (1, 0, 0)]), *eblock((1, 2))]
+    notes = ansys_mesh(tmp_path, "R,1,.01,,1", "TB,SDAMP,1,,,STRU", number="180", nodes=bar).notes
+    assert any("bears both" in note for note in notes)
+    assert any("TB,SDAMP" in note for note in notes)
+    assert "PSTRES" in str(ansys_mesh(tmp_path, "PSTRES,ON").cases)
+    assert ansys_mesh(tmp_path, "PSTRES,OFF").cases == ()
+
+
+BAR_OF_ABAQUS = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*ELEMENT, TYPE=SPRINGA, ELSET=k\n1, 1, 2\n"
+
+
+@pytest.mark.parametrize("blank", ["\n", ",\n"])
+def test_of_several_stiffnesses_of_a_spring_the_first_holds(tmp_path, blank):
+    path = tmp_path / "deck.inp"
+    path.write_text(BAR_OF_ABAQUS + f"*SPRING, ELSET=k\n{blank}5., , 20.\n7., , 100.\n")
+    mesh = mp.read_mesh(path)
+    assert mesh.properties["k"].translation == (5, 0, 0)
+    assert any("of its 2 values the first holds" in note for note in mesh.notes)
+
+
+MODES = "*FREQUENCY\n5\n*END STEP\n"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "dialect", "said"),
+    [
+        ("*STEP, NLGEOM=YES\n", "*STEP\n", "abaqus", True),
+        ("*STEP\n", "*STEP, PERTURBATION\n", "calculix", True),
+        ("*STEP\n", "*STEP, PERTURBATION\n", "abaqus", False),
+        ("*STEP, NLGEOM=NO\n", "*STEP\n", None, False),
+    ],
+)
+def test_modes_under_load_are_said(tmp_path, first, second, dialect, said):
+    path = tmp_path / "deck.inp"
+    path.write_text(BAR_OF_ABAQUS + first + "*STATIC\n*CLOAD\n2, 1, 5.\n*END STEP\n" + second + MODES)
+    assert ("under the loads of the steps before" in str(mp.read_mesh(path, dialect=dialect).cases)) == said
+
+
+def test_stresses_of_the_start_are_said(tmp_path):
+    path = tmp_path / "deck.inp"
+    path.write_text(BAR_OF_ABAQUS + "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n")
+    assert any("TYPE=STRESS" in note for note in mp.read_mesh(path).notes)

@@ -36,6 +36,12 @@ class Step(DeckLoad):
     band: tuple[float | None, float | None] = (None, None)
     damping: Damping | None = None
     said: list[str] = field(default_factory=list)
+    options: frozenset[str] = frozenset()  # of *STEP
+
+    @property
+    def has_modes(self) -> bool:
+        """Whether it asks for modes."""
+        return self.modes is not None or any(self.band)
 
 
 def read_steps(deck: Deck, blocks: list[Block], known: Mapping[str, Entry], quiet: set[str]) -> None:
@@ -44,6 +50,8 @@ def read_steps(deck: Deck, blocks: list[Block], known: Mapping[str, Entry], quie
     for block in blocks:
         step = steps.setdefault(block.step, Step(number=block.step))
         entry = known.get(block.keyword)
+        if block.keyword == "STEP":
+            step.options = _options(block)
         try:
             if entry and entry.handle and (other := _other_load(block)):
                 step.unread.append((f"*{block.keyword} with {other}", f"line {block.line}"))
@@ -61,6 +69,25 @@ def read_steps(deck: Deck, blocks: list[Block], known: Mapping[str, Entry], quie
     deck.current["steps"] = [steps[number] for number in sorted(steps)]
 
 
+def _options(block: Block) -> frozenset[str]:
+    """Return which of NLGEOM and PERTURBATION a step has."""
+    given = {name for name in ("NLGEOM", "PERTURBATION") if name in block.options}
+    return frozenset(given - {"NLGEOM"} if block.options.get("NLGEOM", "").strip().upper() == "NO" else given)
+
+
+def _stiffened(deck: Deck, step: Step, earlier: Collection[Step]) -> list[str]:
+    """Return the sentence on modes of a structure under load: NLGEOM before, in CalculiX PERTURBATION."""
+    program = deck.spoken.dialect
+    asked = "PERTURBATION" in step.options and program != "abaqus"
+    asked = asked or (program != "calculix" and any("NLGEOM" in one.options for one in earlier))
+    if not (step.has_modes and earlier and asked):
+        return []
+    return [
+        "its modes are those of the structure under the loads of the steps before; modes here are of the unloaded one, "
+        "and loads stiffen or soften a body as it moves (modes under a load: prestressed_modes)"
+    ]
+
+
 def _other_load(block: Block) -> str:
     """Return what makes a load another one than a real static load, empty without any."""
     if block.options.get("LOAD CASE", "1").strip() != "1":
@@ -71,8 +98,14 @@ def _other_load(block: Block) -> str:
 def cases(deck: Deck, supports: tuple[str, ...], loads: Collection[str]) -> Iterator[AnalysisCase]:
     """Yield what each step says, with the names of its supports, and of its load among those of the mesh."""
     general = _of_materials(deck)
-    for step in deck.current.get("steps", []):
-        said = (*step.said, *left_out(step.unread, ADVICE), *([general[1]] if general else []))
+    steps = deck.current.get("steps", [])
+    for k, step in enumerate(steps):
+        said = (
+            *step.said,
+            *_stiffened(deck, step, steps[:k]),
+            *left_out(step.unread, ADVICE),
+            *([general[1]] if general else []),
+        )
         yield AnalysisCase(
             number=step.number,
             name=f"step {step.number}",
@@ -106,6 +139,13 @@ def _of_materials(deck: Deck) -> tuple[Damping | None, str] | None:
     if alpha or beta:
         return {"alpha": alpha, "beta": beta}, "*DAMPING of all materials is Rayleigh's of the whole"
     return structural / 2, f"structural damping {structural:g} of all materials: half of it is that of critical"
+
+
+def initial_conditions(deck: Deck, block: Block) -> None:
+    """``*INITIAL CONDITIONS``: a stress is said, as it stiffens the structure."""
+    kind = block.choice("TYPE")
+    if kind == "STRESS":
+        deck.skipped.append(("*INITIAL CONDITIONS, TYPE=STRESS", f"line {block.line}"))
 
 
 def frequency(deck: Deck, block: Block, step: Step) -> None:

@@ -59,6 +59,7 @@ class Parts:
             elif keyword == "STEP":
                 step = step + 1
                 inside = True
+                yield replace(block, step=step)
             elif keyword == "END STEP":
                 inside = False
             elif keyword not in ("ASSEMBLY", "END ASSEMBLY"):

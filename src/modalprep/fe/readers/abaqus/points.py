@@ -64,9 +64,13 @@ def _six(deck: Deck, block: Block, keys: list[tuple[str, int]], what: str) -> tu
     types = {deck.elements[key].type for key in keys}
     if len(types) > 1:
         block.refuse(f"of set {block.options['ELSET']} has {' and '.join(sorted(types))} elements; split the set")
-    k = block.row(1).real(0, what, 0.0)
-    if types <= {"SPRINGA", "DASHPOTA"}:
-        values = [k or block.row(0).real(0, what, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0]
+    along = types <= {"SPRINGA", "DASHPOTA"}
+    rows = [row for row in block.rows if any(map(row.text, range(len(row.fields))))][not along :]
+    if len(rows) > 1:
+        deck.note(f"*{block.keyword} (line {block.line}): of its {len(rows)} values the first holds")
+    k = rows[0].real(0, what, 0.0) if rows else 0.0
+    if along:
+        values = [k, 0.0, 0.0, 0.0, 0.0, 0.0]
     else:
         components = {
             block.row().integer(i, "a component") for i in range(len(block.row().fields)) if block.row().text(i)

@@ -131,6 +131,7 @@ CONSTRAINTS = {
         "approximated", "The section is closed, as after tightening; its force does not act.", constraints.pretension
     ),
     "EQUATION": Entry("read", "", constraints.equation),
+    "INITIAL CONDITIONS": Entry("no effect", "Stresses are left out with a note.", analysis.initial_conditions),
     "BOUNDARY": Entry(
         "read", "Before the steps and in the first, as supports; a displacement is held at zero.", constraints.boundary
     ),
@@ -233,9 +234,6 @@ NO_EFFECT = dict.fromkeys(
     ),
     Entry("no effect"),
 )
-NO_EFFECT |= {
-    "INITIAL CONDITIONS": Entry("no effect", "Prestress comes from the pipeline file."),
-}
 REFUSED = {
     keyword: Entry("refused", remark)
     for remark, keywords in {

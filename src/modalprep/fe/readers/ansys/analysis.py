@@ -10,6 +10,7 @@ from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.readers.ansys.builder import Builder
 from modalprep.fe.readers.ansys.commands import Command
 from modalprep.fe.readers.ansys.deck import Deck
+from modalprep.fe.readers.ansys.handlers import nodes_in_range
 from modalprep.fe.readers.ansys.systems import axes_of
 
 MASTER = "master"  # the group of the nodes with master DOFs
@@ -22,12 +23,12 @@ OLD = {"DAMP": "BETD"}
 def force(deck: Deck, command: Command) -> None:
     """F: one force or moment at a node, along the axes of the node."""
     try:
-        node, value = command.integer(1, "node"), command.real(3, "force", 0.0)
+        nodes, value = nodes_in_range(deck, command, 5), command.real(3, "force", 0.0)
     except InputError:
         unread(deck, command)
         return
     if command.text(2) in FORCES:
-        deck.forces[node, FORCES.index(command.text(2))] = value
+        deck.forces |= {(node, FORCES.index(command.text(2))): value for node in nodes}
 
 
 def analysis(deck: Deck, command: Command) -> None:
@@ -42,9 +43,15 @@ def analysis(deck: Deck, command: Command) -> None:
 def master(deck: Deck, command: Command) -> None:
     """M: a node with master DOFs."""
     try:
-        deck.node_sets.setdefault(MASTER, []).append(command.integer(1, "node"))
+        deck.node_sets.setdefault(MASTER, []).extend(nodes_in_range(deck, command, 3))
     except InputError:
         unread(deck, command)
+
+
+def prestressed(deck: Deck, command: Command) -> None:
+    """PSTRES: modes under load, which are said."""
+    if command.text(1) in ("ON", "1"):
+        deck.unread.append(("PSTRES (modes under load)", f"line {command.line}"))
 
 
 def unread(deck: Deck, command: Command) -> None:

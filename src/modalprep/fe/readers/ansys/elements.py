@@ -278,7 +278,7 @@ ELEMENTS: dict[str, Entry] = {
     "SOLID92": Entry("read", "", add_tetra),
     "SOLID95": Entry("approximated", f"{FULLY} With KEYOPT(11) = 1 it is reduced.", add_solid),
     "SURF154": Entry("no effect", "It carries loads; with a foundation or added mass it is refused.", _surface),
-    "LINK180": Entry("read", "Tension-only bars act in both directions.", _link),
+    "LINK180": Entry("approximated", "In tension or compression alone it bears both, as a note says.", _link),
     "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", add_shell),
     "MPC184": Entry("approximated", "Rigid beams and links are read, joints are refused.", _rigid),
     "SOLID185": Entry("approximated", OWN, add_solid),

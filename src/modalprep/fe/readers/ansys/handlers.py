@@ -168,7 +168,7 @@ def table(deck: Deck, command: Command) -> None:
     deck.table = (command.integer(2, "material", 1), kind)
     if (kind == "ANEL" and form not in ("", "0")) or (kind == "ELAS" and form not in ("", "ISOT", "2")):
         raise command.error(f"material {deck.table[0]}: option {form} is not read; give EX to GXZ by MP")
-    if kind not in ("ELAS", "ANEL", "SDAM", "CTE"):
+    if kind not in ("ELAS", "ANEL", "CTE"):
         deck.note(f"material {deck.table[0]}: TB,{command.text(1)} is left out; the material is linear")
 
 
@@ -307,14 +307,25 @@ def switch(deck: Deck, command: Command) -> None:
         raise command.error("it chooses commands by a parameter; export the model by CDWRITE")
 
 
+def nodes_in_range(deck: Deck, command: Command, end: int) -> list[int]:
+    """Return the nodes of a command: its first, or those of the deck from there to NEND (field `end`) by NINC."""
+    first = command.integer(1, "node")
+    last = command.integer(end, "NEND", 0)
+    step = command.integer(end + 1, "NINC", 1) or 1
+    if last in (0, first):
+        return [first]
+    if last < first or step < 0:
+        raise command.error(f"its nodes from {first} to {last} by {step} are none; correct the range")
+    there = (node for node in deck.points.listed() if first <= node <= last)
+    return sorted(node for node in there if (node - first) % step == 0) or [first]
+
+
 def support(deck: Deck, command: Command) -> None:
     """D: one DOF of a node, held or moved."""
-    label = command.text(2)
-    found = FixedDof(command.integer(1, "node"), label, command.real(3, "value", 0.0), command.line)
-    if label in DOFS or label == "ALL":
-        deck.fixed.append(found)
-    labels = [command.text(k) for k in range(7, 12) if command.text(k)]
-    deck.fixed += [found._replace(label=other) for other in labels if other in DOFS]
+    labels = [command.text(2), *(command.text(k) for k in range(7, 13))]
+    value = command.real(3, "value", 0.0)
+    for node in nodes_in_range(deck, command, 5):
+        deck.fixed += [FixedDof(node, label, value, command.line) for label in labels if label in (*DOFS, "ALL")]
 
 
 DOFS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")

@@ -61,6 +61,13 @@ class Materials:
             element, number, Material, E=values["EX"] * self.units.stress, nu=nu, rho=self._density(number, values)
         )
 
+    def filling(self, element: Element, number: int) -> float:
+        """Return the density of what fills or covers a pipe."""
+        rho = self.deck.materials.get(number, {}).get("DENS", 0.0)
+        if not rho:
+            raise self.deck.error(element, f"material {number} of its contents or insulation has no DENS; add its MP")
+        return rho * self.units.density
+
     def _values(self, element: Element, number: int) -> dict[str, float]:
         values = self.deck.materials.get(number, {})
         if not values.get("EX"):

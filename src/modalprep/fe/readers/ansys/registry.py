@@ -11,21 +11,26 @@ from modalprep.fe.readers.coverage import Entry
 
 MADE = "It makes what the file does not list; export the model by CDWRITE."
 JOINED = "It makes constraint equations from the model; export the model by CDWRITE, which lists them."
+CHANGED = "It changes what stands before it; export the model by CDWRITE, which lists what is left."
 CHOSEN = "It chooses or repeats commands; export the model by CDWRITE."
 VALUES = "They depend on other files or on parameters; give the numbers."
 QUIET = (
     "/PREP7 /SOLU /POST1 /NOPR /GO /GOPR /TITLE /BATCH /CLEAR /FILNAME /UNITS /SHOW /VIEW /ANGLE /DIST /OUTPUT /WB "
     "/CONFIG /PNUM /NUMBER /REPLOT /AUTO /FCOMP /NERR /EXIT /DELETE /GST /STATUS *SET *MSG *GET *DEL *ELSE *ENDIF "
-    "FINISH SAVE SOLVE NUMOFF NUMCMP DOF ANTYPE MXPAND EQSLV PSTRES QRDOPT MODCONTROL EXTOPT TREF BFUNIF TUNIF CGLOC "
+    "FINISH SAVE SOLVE NUMOFF NUMCMP DOF ANTYPE MXPAND EQSLV QRDOPT MODCONTROL EXTOPT TREF BFUNIF TUNIF CGLOC "
     "IRLF ERESX CRPLIM NCNV NEQIT TIME KUSE MPTEMP SHPP OUTRES OUTPR KBC NSUBST DELTIM AUTOTS CNVTOL NLGEOM "
     "RESCONTROL IC LSWRITE LSSOLVE CMGRP CMEDIT KEYW DMPOPTION WPSTYLE K L A V RATE HARFRQ MPAMOD MPDRES MPLIB SELTOL "
     "ETCONTROL ESTIF TOFFST STABILIZE SSTIF RESP GRID PSD CUTCONTROL SBCTRAN CSCIR CSDELE CSLIST DSYS RSYS TBTEMP"
 )
-UNREAD = "OMEGA DOMEGA CGOMEGA DCGOMG SF SFE SFL SFA SFBEAM BF BFE MDAMP SFGRAD"
+UNREAD = (
+    "OMEGA DOMEGA CGOMEGA DCGOMG CMOMEGA CMDOMEGA CMACEL CORIOLIS FDELE "
+    "SFEDELE SF SFE SFL SFA SFBEAM BF BFE MDAMP SFGRAD"
+)
 GENERATING = (
     "NGEN FILL NSYM NSCALE NROTAT NMODIF EGEN EMODIF ENGEN ENSYM ESYM EINTF EMESH AMESH VMESH LMESH VSWEEP VEXT VDRAG "
     "ESURF EREFINE CS CSKP CSWPLA TRANSFER"
 )
+UNDOING = "DDELE CEDELE CPDELE NDELE EDELE MPCHG MPDELE EKILL ENDRELEASE DSYM"
 
 COMMANDS: dict[str, Entry] = {
     "NBLOCK": Entry("read", "Nodes with their coordinates; angles turn supports and couplings.", h.nblock),
@@ -72,6 +77,7 @@ COMMANDS: dict[str, Entry] = {
         name: Entry("read", "For modalprep init: count and band of modes, damping, gravity.", analysis.analysis)
         for name in ("MODOPT", "ACEL", "ALPHAD", "BETAD", "DMPRAT", "DMPSTR")
     },
+    "PSTRES": Entry("no effect", "Modes are those of the unloaded structure, as init says.", analysis.prestressed),
     **dict.fromkeys(UNREAD.split(), Entry("no effect", "modalprep init says so.", analysis.unread)),
     "CYCLIC": Entry(
         "read",
@@ -81,6 +87,7 @@ COMMANDS: dict[str, Entry] = {
     "CYCOPT": Entry("no effect", "Nodal diameters come from [cyclic]."),
     **dict.fromkeys(QUIET.split(), Entry("no effect")),
     **dict.fromkeys(GENERATING.split(), Entry("refused", MADE)),
+    **dict.fromkeys(UNDOING.split(), Entry("refused", CHANGED)),
     **dict.fromkeys("CERIG RBE3 CEINTF CPINTF CEGEN CPGEN CPCYC CECYC CPLGEN".split(), Entry("refused", JOINED)),
     **dict.fromkeys("*DO *DOWHILE *REPEAT *USE /INPUT CDREAD USE".split(), Entry("refused", CHOSEN)),
     **dict.fromkeys("SECREAD SECFUNCTION SSPA SSPB SSPD SSPE SSMT".split(), Entry("refused", VALUES)),

@@ -113,7 +113,9 @@ class Sections:
             area = [*section.values, 0.0][0]
             added = 0.0
         else:
-            area, added = self.constants(element, 2)
+            area, added, bears = self.constants(element, 3)
+            if bears and self.deck.types[element.type].name == "180":
+                self.deck.note("LINK180 in tension or in compression alone is a bar that bears both")
             added = 0.0 if self.deck.types[element.type].name == "8" else added  # there it is the initial strain
         material = self.materials.isotropic(element, element.material)
         nsm = added * self.materials.units.mass / self.m
@@ -157,7 +159,18 @@ class Sections:
         if not name:
             raise self.deck.error(element, f"beam section {shape} is not symmetric; give it as ASEC with its numbers")
         sizes = {key: value * self.m for key, value in sizes.items()}
-        return self.made(element, beam_section, name, material=material, offset=self._offset(element, section), **sizes)
+        nsm = self._filling(element, section.values) if kind == "PIPE" else 0.0
+        return self.made(
+            element, beam_section, name, material=material, offset=self._offset(element, section), nsm=nsm, **sizes
+        )
+
+    def _filling(self, element: Element, values: Sequence[float]) -> float:
+        """Mass per length of what is in a pipe and around it: Do, Tw, Nc, Ss, Nt, Mint, Mins, Tins."""
+        outer, wall, _, _, _, inside, around, thick = (*values, *[0.0] * 8)[:8]
+        radius = outer / 2
+        rings = ((inside, (radius - wall) ** 2), (around, (radius + thick) ** 2 - radius**2))
+        squares = sum(self.materials.filling(element, int(number)) * own for number, own in rings if number)
+        return math.pi * squares * self.m**2
 
     def _offset(self, element: Element, section: SectionData) -> tuple[float, float]:
         """From the nodes to the centroid, along e2 and e3."""

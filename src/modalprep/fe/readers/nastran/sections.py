@@ -100,6 +100,8 @@ def pbeam(conversion: Conversion, card: Card) -> Section:
     N1, N2 = (card.real(8 * (row + 1) + k, name, 0.0) for k, name in ((4, "N1(A)"), (5, "N2(A)")))
     if (N1, N2) != tuple(card.real(8 * (row + 1) + k, "N1, N2(B)", value) for k, value in ((6, N1), (7, N2))):
         conversion.note("PBEAM: N1 and N2 of end A hold along the whole beam")
+    if any(card.fields[8 * (row + 2) :]):
+        raise card.error("it has fields behind its last row, of N2(B); a row of stations begins with YES, YESA or NO")
     return Section(**_tapered(conversion, card, stations), k1=k1, k2=k2, points=points, neutral=(N1, N2))
 
 
