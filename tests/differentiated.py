@@ -281,7 +281,7 @@ def rubbing(**options):
 
 
 def bent(**options):
-    """A beam with stations on a sprung hinge, whose tip is pushed by a dead force: it bends by a thirtieth."""
+    """A beam with stations on a sprung hinge, whose tip a dead force bends by an eighth of its length."""
     spring = HingeElement(stiffness=4e3, damping=50.0)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", axis=(0, 0, 1), elements=spring)
     push = mp.PointForce(name="push", at="beam.tip", force=np.array([0, -300.0, 0]))

@@ -13,10 +13,13 @@ from scipy.optimize import root
 STEPS = 64  # an error of fourth order: 1e-8 of the length for a turn of 90 degrees
 
 
-def rod_tip(length, force, *, bending, curvature=(0.0, 0.0, 0.0), axial=(np.inf, np.inf, np.inf)) -> np.ndarray:
+def rod_tip(
+    length, force, *, bending, curvature=(0.0, 0.0, 0.0), axial=(np.inf, np.inf, np.inf), corner=False
+) -> np.ndarray:
     """Position (3,) of the tip of a rod that leaves the origin along x.
 
-    `bending` (3,) are GJ, EI_y, EI_z, `axial` (3,) are EA, GA_y, GA_z, `curvature` (3,) is that of the unloaded rod.
+    `bending` (3,) are GJ, EI_y, EI_z, `axial` (3,) are EA, GA_y, GA_z, `curvature` (3,) is that of the unloaded rod,
+    which a stiff `corner` in its middle turns from x to y.
     The force is applied in steps, each from the answer to the one before.
     """
     bending, curvature, axial, force = (np.asarray(v, dtype=float) for v in (bending, curvature, axial, force))
@@ -31,7 +34,9 @@ def rod_tip(length, force, *, bending, curvature=(0.0, 0.0, 0.0), axial=(np.inf,
 
     def end(tip, F):
         h, y = length / STEPS, np.vstack([np.zeros(3), np.eye(3)])
-        for _ in range(STEPS):
+        for step in range(STEPS):
+            if corner and step == STEPS // 2:
+                y[1:] = np.array([y[2], -y[1], y[3]])
             one = rates(y, tip, F)
             two = rates(y + h / 2 * one, tip, F)
             three = rates(y + h / 2 * two, tip, F)
