@@ -328,3 +328,9 @@ def test_stresses_of_the_start_are_said(tmp_path):
     path = tmp_path / "deck.inp"
     path.write_text(BAR_OF_ABAQUS + "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n")
     assert any("TYPE=STRESS" in note for note in mp.read_mesh(path).notes)
+
+
+def test_a_modulus_whose_products_are_no_numbers_is_refused(tmp_path):
+    """1 / (E A) of such a modulus is infinite."""
+    text = CASE + GRIDS + BAR + PBAR.replace("50,7", "50,8") + "MAT1,8,2.1-320,,.3,8000.\nENDDATA\n"
+    assert "must be between 1e-60 and 1e+60" in outcome(tmp_path / "deck.bdf", text)

@@ -213,10 +213,10 @@ class Anisotropic:
 
 
 def refuse_not_positive(what: str, **values: float) -> None:
-    """Raise InputError naming the first value that is not a positive number, or so large that its square is none."""
+    """Raise InputError naming the first value that is not a positive number, or whose products would be none."""
     for name, value in values.items():
-        if not 0 < value < LARGEST:
-            wanted = "positive" if not value > 0 else f"below {LARGEST:g}"
+        if not 1 / LARGEST < value < LARGEST:
+            wanted = "positive" if not value > 0 else f"between {1 / LARGEST:g} and {LARGEST:g}"
             raise InputError(f"{what} {name} = {value:g} must be {wanted}; give SI units (Pa, kg/m^3, m, m^2, m^4)")
 
 
