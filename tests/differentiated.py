@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -128,6 +128,15 @@ def four_bar(duration=0.2, **options):
     channels = ["crank.angle", "pivot.rate", "pin.force.x", "coupler.end.position.y"]
     names = ["crank.stiffness", "crank.angle", "crank.rate", "pivot.position.x", "coupler.mass", "gravity.y"]
     return Case(system, channels, names, duration, **options)
+
+
+def continued_four_bar():
+    """The linkage from where a run of it ended, closed anew where its second pivot is elsewhere."""
+    case = four_bar(0.1)
+    end = mp.simulate(case.system, 0.1, method="explicit", rtol=1e-10).state
+    case.options["start"] = replace(end, t=0.0, steps={})
+    case.parameters = ["crank.stiffness", "pivot.position.x", "coupler.mass"]
+    return case
 
 
 def sprung_four_bar(**options):
@@ -301,6 +310,7 @@ CASES = {
     "chain": chain,
     "satellite": satellite,
     "four bar": four_bar,
+    "four bar from a state": continued_four_bar,
     "bouncing rod": bouncing_rod,
     "prescribed turn": driven,
     "elastic slider crank": crank_slider,

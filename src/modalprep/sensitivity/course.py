@@ -202,7 +202,9 @@ class Course:
         return along.found.derivative([Evaluator(other, until=self.options.duration).start for other in others])
 
     def _starts_alike(self, parameter: Parameter) -> bool:
-        """Whether runs start at the same state for all values of a parameter."""
+        """Whether runs start at the same state for all values of a parameter: given states are closed anew."""
+        if self.system.closures:
+            return False
         return self.given is not None or (self._rests and parameter.is_linear and not parameter.is_start)
 
     @property
