@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -42,8 +43,15 @@ def blank(_):
     return Image.new("P", (1, 1))
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Compile the solver first, then run what does not need it, for workers that would wait, then the rest in order."""
+    """Compile the solver first, then run what does not need it, for workers that would wait, then the rest in order.
+
+    Hypothesis reads all modules for numbers and words to try; at the reduced size it has its own.
+    """
+    providers = sys.modules.get("hypothesis.internal.conjecture.providers")
+    if providers and not FULL:
+        providers._get_local_constants = lambda: providers._local_constants
 
     def stage(item):
         if item.path.name in COMPILING:

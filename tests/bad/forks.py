@@ -10,6 +10,8 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from size import FULL
+
 SERVER = """
 import glob, json, os, resource, signal, sys, time
 import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.building.build
@@ -19,6 +21,10 @@ from modalprep.cli import main
 sys.path.insert(0, {tests!r})
 from batches import Inline
 modalprep.pipeline.batch.dispatch.Processes = Inline  # others would import all that again
+if not {full}:
+    from PIL import Image
+    from modalprep.report.charts import figures
+    figures._drawn = lambda _: Image.new("P", (1, 1))  # charts take half the time of a short run
 if {draws}:
     from modalprep.report.pictures.render import drawing_problem
     drawing_problem()  # tried in a process of its own
@@ -89,7 +95,8 @@ class Forks:
 def forks(folder, *, draws=False):
     """Start the process that forks; what it writes about itself goes into a folder. `draws`: pictures of meshes too."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    command = [sys.executable, "-c", SERVER.replace("{draws}", str(draws)).replace("{tests!r}", repr(TESTS))]
+    code = SERVER.replace("{draws}", str(draws)).replace("{full}", str(bool(FULL))).replace("{tests!r}", repr(TESTS))
+    command = [sys.executable, "-c", code]
     with subprocess.Popen(command, env=os.environ | THREADS, **pipes) as process:
         try:
             yield Forks(process, folder)

@@ -7,6 +7,7 @@ from multiprocessing import get_context
 
 import numba
 import pytest
+from size import some
 
 import modalprep as mp
 from modalprep.examples import small_systems
@@ -23,7 +24,7 @@ def started(monkeypatch):
     return found
 
 
-@pytest.mark.parametrize("kind", list(small_systems()))
+@pytest.mark.parametrize("kind", some(small_systems(), 2))
 def test_kernels_are_those_that_a_run_compiles(kind):
     """A run in a fresh process has every one of them, for the same types of arguments."""
     code = (

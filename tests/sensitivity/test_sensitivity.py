@@ -13,10 +13,16 @@ from modalprep.multibody.model.loads import AxialSpring
 from modalprep.sensitivity import Objective, Parameter, changed, course, last, squares
 from modalprep.sensitivity.parameters import find
 
+AGAIN = (  # systems by a method of which other systems are tried
+    "satellite by rosenbrock",
+    "elastic slider crank by rosenbrock",
+    "four bar by generalised-alpha",
+    "chain by generalised-alpha",
+)
 DIFFERENCES = 1e-6  # what differences of runs leave, relative to the largest derivative of a channel
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [name for name in CASES if FULL or name not in AGAIN])
 def test_derivatives_agree_with_differences_of_runs(name):
     """Fourth-order differences of runs with tight tolerances, or of the same fixed steps, of each channel.
 

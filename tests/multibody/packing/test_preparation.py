@@ -103,9 +103,9 @@ def closed(count):
 @pytest.mark.parametrize("work", [prepared(), prepared(springs=True), evaluated, closed],
                          ids=["run", "springs", "evaluator", "closures"])  # fmt: skip
 def test_work_grows_with_the_bodies(work):
-    """Of each further link it is the same; a search of all names for each link would cost 100 steps more."""
+    """Of each further link it is the same; a search of all names for each link would cost 50 steps more."""
     work(3)  # what is made once in a process
-    few, some, many = (steps_of_python(lambda count=count: work(count)) for count in (100, 200, 300))
+    few, some, many = (steps_of_python(lambda count=count: work(count)) for count in (50, 100, 150))
     assert many - some < 1.02 * (some - few) + 100  # sorting, and growing lists
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from discs import MASS, X, held
 from shafts import LENGTH, SPIN, floating
+from size import FULL
 
 import modalprep as mp
 from modalprep.multibody.rotors.bearings import BearingCoefficients, read_bearing, short_journal_bearing
@@ -29,6 +30,7 @@ def test_a_seal_drives_the_forward_whirl():
         assert {found.kind[n] for n in np.flatnonzero(growing)} <= {"forward"}
 
 
+@pytest.mark.skipif(not FULL, reason="tens of seconds: a control law is differentiated along a turn of the shaft")
 def test_shaft_in_journal_bearings():
     """Oil whip: the second mode grows at 4000 rpm. Control laws are differentiated by differences, to 1e-11."""
     bearing = short_journal_bearing([SPIN], **JOURNALS)

@@ -64,7 +64,7 @@ def test_openings_of_a_part(parts, tmp_path, suffix):
 
 @needs_gmsh
 @pytest.mark.usefixtures("rough_edges")
-@pytest.mark.parametrize("suffix", some([".step", ".iges", ".brep"], 1))
+@pytest.mark.parametrize("suffix", some([".iges", ".brep", ".step"], 1))  # .ci/newcomer makes a film of a STEP file
 def test_a_moving_pendulum_in_three_commands(parts, tmp_path, monkeypatch, capsys, suffix):
     """The period of a large swing, by the complete elliptic integral, from the mass properties of the modal file."""
     (tmp_path / f"plate{suffix}").write_bytes((parts / f"plate{suffix}").read_bytes())

@@ -245,7 +245,7 @@ def near_extremum(g, rng):
     return g[rng.choice(turns)] + rng.choice([-1, 1]) * 10 ** rng.uniform(-5, -1) * np.ptp(g)
 
 
-@pytest.mark.parametrize("k", range(cases(100) if FULL else 12))
+@pytest.mark.parametrize("k", range(cases(100) if FULL else 8))
 def test_random_events_against_dense_sampling(k):
     """Five events of a random motion: those of the roots of a spline through 20,001 samples, no more and no fewer."""
     rng = np.random.default_rng(k if FULL <= 1 else None)

@@ -6,6 +6,7 @@ from multibody.depleted_trees import depleted_tree
 from multibody.loaded_trees import order_n
 from multibody.trees import random_body, random_state
 from scipy.spatial.transform import Rotation
+from size import FULL
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
@@ -15,6 +16,7 @@ from modalprep.multibody.reference.equations import body_states, energy_and_mome
 from modalprep.multibody.reference.loads import dense_loads, loaded_accelerations
 
 T = 0.3
+END = 0.01 if FULL else 0.004  # s, of runs by dense equations
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -74,7 +76,7 @@ def test_energy_balances_on_a_flight(method):
 def test_dense_run_is_the_same():
     system = depleted_tree(1).with_(gravity=np.zeros(3))
     one, two = (
-        mp.simulate(system, t_end=0.01, rtol=1e-9, output_step=0.005, reference=reference)
+        mp.simulate(system, t_end=END, rtol=1e-9, output_step=END / 2, reference=reference)
         for reference in (False, True)
     )
     for name in ("energy.kinetic", "momentum.linear", "b1.modal"):
