@@ -15,7 +15,7 @@ from structured import box
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.errors import InputError
-from modalprep.linalg import factor, forecast, pardiso
+from modalprep.linalg import congruent, factor, forecast, pardiso
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.forecast import GIB, forecasts_to
 from modalprep.linalg.memory import BUDGET, available_memory
@@ -216,3 +216,20 @@ def test_limits_of_control_groups_count(monkeypatch, tmp_path):
     assert list(memory._left(tmp_path, tmp_path, "memory.max", "memory.current")) == [8e8]
     monkeypatch.setattr(memory, "_left_to_groups", lambda: iter([1000.0]))
     assert available_memory() == 900.0
+
+
+@pytest.mark.parametrize("s", [0.0, 0.7])
+def test_matrix_that_is_not_stored_is_the_one_stored(monkeypatch, s):
+    """C^T (A - s B) C, made of a few rows at a time, against dense products; |A| |x| bounds A x row by row."""
+    monkeypatch.setattr(congruent, "ROWS", 3)
+    rng = np.random.default_rng(0)
+    A, B = (csr_array(G + G.T) for G in rng.standard_normal((2, 11, 11)))
+    C = csr_array(rng.standard_normal((11, 8)) * (rng.random((11, 8)) < 0.3))
+    X = rng.standard_normal((8, 5))
+    found = congruent.shifted(congruent.Congruent(A, C), congruent.Congruent(B, C), s)
+    dense = C.T @ (A.toarray() - s * B.toarray()) @ C
+    close = {"rtol": 0, "atol": 1e-13}  # sums of some hundred terms of order 1
+    np.testing.assert_allclose(found.tocsr().toarray(), dense, **close)
+    np.testing.assert_allclose(found.diagonal(), np.diag(dense), **close)
+    np.testing.assert_allclose(found @ X, dense @ X, **close)
+    np.testing.assert_allclose(congruent.bound(found, X), np.abs(dense) @ np.abs(X), **close)

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.blas import inner, one_numpy_thread, product, share_threads
-from modalprep.linalg.congruent import Congruent, shifted, stored
+from modalprep.linalg.congruent import Congruent, bound, shifted, stored
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.pardiso import equilibrium
@@ -106,12 +106,11 @@ def lowest_modes(
         return Modes(np.zeros(0), np.zeros((size, 0)), "")
     if size <= DENSE or n > size // 3:
         w2, phi = _verified(K, M, *_dense(stored(K).toarray(), stored(M).toarray(), n, shift))
+        phi = _alone(phi)
         counted = "a dense solver leaves none out"
     else:
         factor = factor or factorise(shifted(K, M, shift), solver)
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
-    if phi.base is not None and phi.base.size > phi.size:  # a part of a basis
-        phi = phi.copy(order="K")
     return Modes(w2, made_unique(w2, phi, K), counted)
 
 
@@ -148,7 +147,9 @@ def _counted(
     block = getattr(factor, "block", 0)  # of one on disk, which is read for each of them
     while True:
         again = known is not None
-        known = w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known, block=block), factor)
+        w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known, block=block), factor)
+        phi = _alone(phi)  # the count needs the memory of the basis
+        known = w2, phi
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found = int(np.sum(w2 < cut))
         exist = _exist(K, M, cut, factor, solver)
@@ -159,6 +160,11 @@ def _counted(
                 f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
                 "the structure has parts that hardly have mass or stiffness: check materials and connections"
             )
+
+
+def _alone(phi: np.ndarray) -> np.ndarray:
+    """Return modes without the larger basis of which they are a part."""
+    return phi.copy(order="K") if phi.base is not None and phi.base.size > phi.size else phi
 
 
 def _exist(K: csr_array | Congruent, M: csr_array | Congruent, cut: float, factor: Factor, solver: str) -> int | None:
@@ -272,6 +278,5 @@ def _ratios(
     residual = np.linalg.norm(scale * times(K, phi) - inertial, axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0)
     if not np.all(residual < allowed):
-        size = abs(stored(K))
-        allowed += ROUND_OFF * np.linalg.norm(scale * (size @ np.abs(phi)), axis=0)
+        allowed += ROUND_OFF * np.linalg.norm(scale * bound(K, phi), axis=0)
     return residual / allowed

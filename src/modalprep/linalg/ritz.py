@@ -18,7 +18,7 @@ def ritz(
     K: Matrix,
     M: Matrix,
     rigid: np.ndarray | None = None,
-    products: tuple[np.ndarray, np.ndarray] | None = None,
+    grams: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return ``w^2 (k,)`` (ascending) and the span X of W with ``X^T M X = 1``, ``X^T K X = diag(w^2)``.
 
@@ -35,8 +35,8 @@ def ritz(
         K positive definite on the span.
     rigid : (n, r)
         M-orthonormal vectors of no strain; they come first in X, with ``w^2 = 0``.
-    products : ((n, k), (n, k)) or None
-        K W and M W, where they are known.
+    grams : ((k, k), (k, k)) or None
+        ``W^T K W`` and ``W^T M W``, where they are known.
 
     Examples
     --------
@@ -51,9 +51,8 @@ def ritz(
     while W.shape[1]:
         for _ in range(2 if found.shape[1] else 0):
             W = subtract(W, found, inner(found, times(M, W)))
-            products = None
-        KW, MW = products or (times(K, W), times(M, W))
-        flexibility, Y = _flexibility(inner(W, KW), inner(W, MW))
+            grams = None
+        flexibility, Y = _flexibility(*(grams or (inner(W, times(K, W)), inner(W, times(M, W)))))
         top = max(top, flexibility[0])
         if flexibility[0] <= MASSLESS * top:
             break
@@ -62,7 +61,7 @@ def ritz(
         new = product(W, Y[:, soft] / np.sqrt(flexibility[soft]))
         found = np.hstack([found, new]) if found.shape[1] else new
         W = product(W, Y[:, ~soft])
-        products = None
+        grams = None
     return np.concatenate(w2), _orthonormal(found, M)
 
 

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import eigh, inner, product
+from modalprep.linalg.bordered import Bordered
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.sparse import times
 from modalprep.linalg.unique import made_unique
@@ -131,14 +132,18 @@ def reduced(
     if not clamped.mechanisms.shape[1]:  # whose responses need it
         clamped.factor.release()
     static = times(model.C, clamped.static_free(model.C.T @ loads, clamped.unit_answers))
-    clamped.factor.release()
-    products = times(clamped.K, W), times(clamped.M, W)
-    w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid, products)
+    clamped.release()
+    stiffness, mass = _gram(clamped, clamped.K, W), _gram(clamped, clamped.M, W)
+    w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid, (stiffness, mass))
     modes = made_unique(w2, span, clamped.K)
-    inertial = product(answers, _combination(clamped, W, products[1], modes))
+    del span
+    inertia = times(clamped.M, modes)
+    inertial = product(answers, _combination(clamped, W, mass, inertia))
     if spans is not None:
-        inside = {name: inner(modes, times(clamped.M, getattr(spans, name))) for name in ("modes", "others", "answers")}
+        inside = {name: inner(inertia, getattr(spans, name)) for name in ("modes", "others", "answers")}
         spans = spans._replace(**inside)
+    truncation = (inner(inertia, W[:, W.shape[1] - residual :]) ** 2).sum(axis=1)
+    del answers, inertia  # a large body needs their memory
     return Reduction(
         basis=times(model.C, modes),
         frequency=np.sqrt(w2) / (2 * np.pi),
@@ -149,24 +154,39 @@ def reduced(
         method=method,
         notes=(*notes, *_mechanism_note(clamped)),
         spans=spans,
-        truncation=(inner(modes, products[1][:, W.shape[1] - residual :]) ** 2).sum(axis=1),
+        truncation=truncation,
     )
 
 
-def _combination(clamped: Clamped, W: np.ndarray, inertia: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """Return the combinations ``(k, n)`` of the inertia ``M W`` that are ``M modes``, apart from that of mechanisms."""
+def _gram(clamped: Clamped, A: Bordered, W: np.ndarray) -> np.ndarray:
+    """Return ``W^T A W (k, k)``, of some columns at a time, whose products with A need memory."""
+    found = np.empty((W.shape[1], W.shape[1]))
+    for columns in clamped.at_once(W.shape[1]):
+        found[:, columns] = inner(W, times(A, W[:, columns]))
+    return found
+
+
+def _combination(clamped: Clamped, W: np.ndarray, mass: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    """Return the combinations ``(k, n)`` of ``M W`` that are the inertia ``M modes``, apart from that of mechanisms.
+
+    `mass` is ``W^T M W``.
+    """
     loose = clamped.mechanisms
-    span, force = W, inertia
     if loose.shape[1]:
         span = np.hstack([W, loose])
-        force = np.hstack([inertia, times(clamped.M, loose)])
-    mass = inner(span, force)
+        mass = inner(span, times(clamped.M, span))
+        return _solved(mass, inner(span, inertia))[: W.shape[1]]
+    return _solved(mass, inner(W, inertia))
+
+
+def _solved(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the solution of ``mass x = right`` without dependent directions of the symmetric mass."""
     size = np.sqrt(np.maximum(np.diag(mass), 0.0))
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
     share, Y = eigh(mass * scale * scale[:, None])
     new = share > DEPENDENT * share.max(initial=0.0)
     Y = scale[:, None] * Y[:, new]
-    return (Y / share[new] @ (Y.T @ inner(force, modes)))[: W.shape[1]]
+    return Y / share[new] @ (Y.T @ right)
 
 
 def _responses(clamped: Clamped, W: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.blas import inner, product
 from modalprep.linalg.bordered import Bordered
-from modalprep.linalg.congruent import Congruent, stored
+from modalprep.linalg.congruent import Congruent, bound
 from modalprep.linalg.empty import EmptyFactor
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.memory import reserved
@@ -123,6 +123,11 @@ class Clamped:
     def mechanisms(self) -> np.ndarray:
         """M-orthonormal motions ``(n_free, k)`` without strain that remain when only the root is clamped."""
         return self._released[2]
+
+    def release(self) -> None:
+        """Free the factor and the answers to unit loads; they are computed again where they are asked for."""
+        self.factor.release()
+        self.__dict__.pop("_solved", None)
 
     def static(self, F: np.ndarray) -> np.ndarray:
         """Return the displacement ``(n_dof, k)`` under nodal loads ``F (n_dof, k)`` with only the root clamped.
@@ -244,8 +249,7 @@ def _refuse_mechanism(model: FEModel, K: csr_array | Congruent, factor: Factor, 
     for _ in range(3):
         x = factor.solve(diagonal * x)
         x /= np.abs(x).max()
-    size = abs(stored(K))
-    if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ (size @ np.abs(x))):
+    if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ bound(K, x)):
         raise MechanismError(_moving(model, dofs, np.abs(np.nan_to_num(x))))
 
 

@@ -182,6 +182,7 @@ def craig_bampton(
     frequency = np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
     spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted.answer) if recovery else None
+    del F, Phi, kept, wanted, X, recovered  # a large body needs their memory
     found = reduced("craig_bampton", clamped, W, table, notes, spans=spans, residual=len(w2_t))
     return found if left_out is None else found.with_(left_out=left_out)
 
