@@ -8,15 +8,15 @@ library need neither numba nor a compiler.
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from modalprep.compiler.kept import keep_code, kept_code, renamed
 from modalprep.compiler.library import file_of, symbol_of
 from modalprep.compiler.targets import COLLECTED, TARGETS, Target, link, machine_code
 
@@ -42,7 +42,7 @@ def collected(job: Callable[[], object]) -> tuple[list[Root], dict[str, str]]:
     """Return the kernels that Python calls in a job, and LLVM's code of all by its symbol."""
     from modalprep.compiler.jit import Kernel
 
-    modules, names = keep_code()
+    keep_code()
     roots: list[Root] = []
     plain: Callable = Kernel.entry
 
@@ -54,62 +54,7 @@ def collected(job: Callable[[], object]) -> tuple[list[Root], dict[str, str]]:
         job()
     finally:
         Kernel.entry = plain  # type: ignore[method-assign]
-    return roots, {symbol: _renamed(code, names) for symbol, code in modules.items()}
-
-
-def keep_code() -> tuple[dict[str, str], dict[str, str]]:
-    """Let numba keep LLVM's code of every kernel, and in its cache.
-
-    Returns
-    -------
-    dict
-        The code of each kernel, by its symbol.
-    dict
-        Symbols by other names, by which code of the cache knows them.
-    """
-    from modalprep.compiler import cache, linking
-
-    modules: dict[str, str] = {}
-    names: dict[str, str] = {}
-    compile_kernel = linking.KernelCompiler._compile_kernel
-    reduce, rebuild = linking.LinkedCode.reduce, linking.LinkedCode.rebuild
-
-    def compiled(self):
-        result = compile_kernel(self)
-        modules[result.fndesc.llvm_func_name] = str(result.library._final_module)
-        return result
-
-    def reduced(self, result):
-        return *reduce(self, result), modules[result.fndesc.llvm_func_name]
-
-    def rebuilt(self, target, payload):
-        *payload, code = payload
-        result = rebuild(self, target, tuple(payload))
-        if result is not None:
-            modules[result.fndesc.llvm_func_name] = code
-        return result
-
-    def aliased(symbol, kernel):
-        alias(symbol, kernel)
-        if symbol != kernel.fndesc.llvm_func_name:
-            names[symbol] = kernel.fndesc.llvm_func_name
-
-    alias, linking._alias = linking._alias, aliased
-    linking.KernelCompiler._compile_kernel = compiled
-    cached: Any = linking.LinkedCode
-    cached.reduce, cached.rebuild = reduced, rebuilt
-    files: Any = cache.KernelCache
-    index_key = files._index_key
-    files._index_key = lambda self, *given: (*index_key(self, *given), "with LLVM's code")
-    return modules, names
-
-
-def _renamed(code: str, names: dict[str, str]) -> str:
-    """Return LLVM's code with other names of symbols."""
-    if not names:
-        return code
-    known = "|".join(map(re.escape, names))
-    return re.sub(rf"(?<![\w.$])({known})(?![\w.$])", lambda found: names[found[1]], code)
+    return roots, kept_code()
 
 
 def _root(kernel, first: Sequence[object], rest: Sequence[type]) -> Root:
@@ -165,7 +110,7 @@ def _whole(modules: dict[str, str], names: dict[str, str]) -> str:
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    return _renamed(str(linked(modules.values(), names)), names)
+    return renamed(str(linked(modules.values(), names)), names)
 
 
 def _libraries(calls: str, whole: str, platform: str, folder: Path) -> Iterator[Path]:

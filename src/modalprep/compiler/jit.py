@@ -11,6 +11,7 @@ from inspect import signature
 from typing import Any
 from warnings import warn
 
+from modalprep.compiler import kept
 from modalprep.compiler.by_address import Addressed, layout, written
 from modalprep.compiler.library import entry_of, loaded
 from modalprep.compiler.stamps import KERNELS, LISTENERS, Stamped, key_of, stamp_of
@@ -69,6 +70,8 @@ class Kernel(Stamped):
         """Numba's."""
         from modalprep.compiler.dispatch_code import dispatcher_of
 
+        if kept.WANTED and fast():
+            kept.keep_code()
         return dispatcher_of(self)
 
     @property

@@ -1,7 +1,7 @@
 """The LLVM code of the kernels of one kind of system, and of all that they call, in one module.
 
-Numba keeps machine code alone, so the kernels are compiled once more, in a process of their own:
-``python -m modalprep.runtime.collect KIND FILE``.
+Numba keeps machine code alone, so the kernels are compiled once more, in a process of their own, whose files in numba's
+cache hold LLVM's code too (`compiler.kept`): ``python -m modalprep.runtime.collect KIND FILE``.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from numba import typeof, types
 
 from modalprep.atomic import atomic_path
-from modalprep.compiler import dispatch_code
-from modalprep.compiler.build import keep_code, linked
+from modalprep.compiler.build import linked
+from modalprep.compiler.kept import keep_code, kept_code
 from modalprep.multibody.evaluation.evaluate import build_equations
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
@@ -34,17 +34,14 @@ PREFIX = "mp_"  # of the names of the roots
 
 
 def collect(system: System, tree: bool) -> str:
-    """Return the LLVM code of the roots for the types of a system, all else internal; nothing is taken from a cache.
+    """Return the LLVM code of the roots for the types of a system, all else internal.
 
     Of a tree also that of its exact derivatives.
     """
-    cache: Any = dispatch_code.KernelCache
-    cache.load_overload = lambda self, sig, context: None
-    cache.save_overload = lambda self, sig, data: None
-    modules, _ = keep_code()
+    keep_code()
     roots = ROOTS | TANGENT_ROOTS if tree else ROOTS
     symbols = {name: _symbol(kernel, _types(system, name)) for name, kernel in roots.items()}
-    return _renamed(str(linked(modules.values(), symbols.values())), symbols)
+    return _renamed(str(linked(kept_code().values(), symbols.values())), symbols)
 
 
 def _symbol(kernel: Any, arguments: tuple) -> str:

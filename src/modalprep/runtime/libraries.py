@@ -148,7 +148,7 @@ def _alone(path: Path) -> Iterator[None]:
 
 
 def _compiling() -> dict[str, str]:
-    """Return the environment of the process that compiles: no cache, one processor, the private parts of numba."""
+    """Return the environment of the process that compiles: one processor, the private parts of numba."""
     own = {"MODALPREP_COMPILER": "fast", "NUMBA_CPU_NAME": COLLECTED, "NUMBA_CPU_FEATURES": ""}
     return {**os.environ, **own}
 
