@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from size import FULL
 
+from modalprep.compiler.targets import COLLECTED
+
 pytest.importorskip("ziglang")
 
 WINDOWS = ["kernels-v3.dll", "kernels-v1.dll"] if FULL else []  # zig compiles its C library for minutes, once
@@ -100,13 +102,20 @@ import kernels
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Kernels of a module and their library, built by a process of its own."""
+    """Kernels of a module and their library, built by a process of its own, of what another one has compiled."""
     folder = tmp_path_factory.mktemp("library")
     (folder / "kernels.py").write_text(KERNELS)
+    kept = {"MODALPREP_KEEP_CODE": "1", "NUMBA_CPU_NAME": COLLECTED, "NUMBA_CPU_FEATURES": ""}
+    kept = environment(NUMBA_CACHE_DIR=str(folder / "cache"), **kept)
+    code = "import kernels; kernels.job(); kernels.refused_job()"
+    subprocess.run([sys.executable, "-c", code], cwd=folder, env=kept, check=True)
+    before = {file: file.stat().st_mtime_ns for file in folder.rglob("*.nbc")}
     (folder / "build.py").write_text(BUILD)
     platforms = ["linux-x86_64", *["windows-x86_64"] * bool(WINDOWS), "macos-arm64"]
-    done = subprocess.run([sys.executable, "build.py", str(folder), *platforms], cwd=folder, env=environment(),
+    done = subprocess.run([sys.executable, "build.py", str(folder), *platforms], cwd=folder, env=kept,
                           text=True, capture_output=True)  # fmt: skip
+    assert before == {file: file.stat().st_mtime_ns for file in folder.rglob("*.nbc")}  # nothing was compiled anew
+    assert len(before) >= 7
     assert done.returncode == 0, done.stderr
     assert [Path(name).name for name in done.stdout.split()] == [
         *("kernels-v4.so", "kernels-v3.so", "kernels-v1.so", *WINDOWS, "kernels-v1.dylib"),
