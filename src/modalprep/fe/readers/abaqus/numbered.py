@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator, MutableMapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -162,10 +163,35 @@ class Elements(MutableMapping[Key, Element]):
         part, k = self._at(key)
         return part[k].family if isinstance(part, list) else part.family
 
-    def cells(self, key: Key) -> tuple[tuple[str, int], ...]:
-        """Return the cells of an element, kinds and rows."""
-        part, k = self._at(key)
-        return part[k].cells if isinstance(part, list) else ((part.cell, part.rows[k]),)
+    def _runs(self, keys: Sequence[Key]) -> Iterator[tuple[ElementBlock | list[Element], np.ndarray, int]]:
+        """Yield the parts with elements that follow each other among the keys, their places in it, and the first."""
+        places = np.fromiter(map(self._place.__getitem__, keys), int, len(keys))
+        parts = np.searchsorted(self._starts, places, side="right") - 1
+        bounds = [*np.flatnonzero(np.diff(parts, prepend=-1)).tolist(), len(keys)]
+        for start, end in pairwise(bounds):
+            part = int(parts[start])
+            yield self.parts[part], places[start:end] - self._starts[part], start
+
+    def families(self, keys: Sequence[Key]) -> dict[str, Key]:
+        """Return what elements are one of, each with the last element of that family."""
+        found: dict[str, Key] = {}
+        for part, places, first in self._runs(keys):
+            if isinstance(part, list):
+                found |= {part[k].family: keys[first + i] for i, k in enumerate(places.tolist())}
+            else:
+                found[part.family] = keys[first + len(places) - 1]
+        return found
+
+    def cells(self, keys: Sequence[Key]) -> dict[str, list[int]]:
+        """Return the rows of the cells of elements by their kinds."""
+        found: dict[str, list[int]] = {}
+        for part, places, _ in self._runs(keys):
+            if isinstance(part, list):
+                for cell, row in (own for k in places.tolist() for own in part[k].cells):
+                    found.setdefault(cell, []).append(row)
+            else:
+                found.setdefault(part.cell, []).extend((part.rows.start + part.rows.step * places).tolist())
+        return found
 
     def add_block(self, keys: list[Key], block: ElementBlock) -> None:
         """Add elements none of which is there."""

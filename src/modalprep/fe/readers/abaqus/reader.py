@@ -301,10 +301,6 @@ def _group_name(deck: Deck, kind: str, key: tuple[str, str]) -> str:
 
 
 def _rows(deck: Deck, kind: str, key: tuple[str, str]) -> dict[str, list[int]]:
-    rows: dict[str, list[int]] = {}
     if kind == "NSET":
         return {"vertex": [deck.cell("vertex", [node])[1] for node in deck.resolve(kind, key)]}
-    for element in deck.resolve(kind, key):
-        for cell, row in deck.elements.cells(element):
-            rows.setdefault(cell, []).append(row)
-    return rows
+    return deck.elements.cells(deck.resolve(kind, key))

@@ -19,7 +19,7 @@ def section_set(deck: Deck, block: Block, *families: str) -> tuple[str, list[Key
     """Return the family of the elements of a section, one of some, and their keys; each has one section."""
     name = block.option("ELSET")
     keys = deck.elements_of(block, block.scope, name)
-    found = {deck.elements.family(key): key for key in keys}
+    found = deck.elements.families(keys)
     for family, (_, label) in found.items():
         if deck.elements[_, label].type.startswith("CPE"):
             block.refuse(f"of set {name} has plane strain, which no body in space has; mesh the body with solids")
