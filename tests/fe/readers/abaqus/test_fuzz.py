@@ -140,13 +140,13 @@ i.top, P, 3.
 i.202, 1, 6
 *END STEP
 """
-SLOW = 5.0  # s; the deck takes some milliseconds
+SLOW = 5.0  # s of the processor; the deck takes some milliseconds
 
 
 def attempt(path, content):
     """Return the message, or nothing when the deck is read."""
     path.write_bytes(content)
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         mp.read_mesh(path)
         message = ""
@@ -154,7 +154,7 @@ def attempt(path, content):
         message = str(error)
         assert "deck.inp" in message
         assert "\n" not in message
-    assert time.perf_counter() - start < SLOW
+    assert time.process_time() - start < SLOW
     return message
 
 
