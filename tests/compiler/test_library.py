@@ -29,6 +29,10 @@ class Line(NamedTuple):
     slope: float
     points: np.ndarray
 
+class Ends(NamedTuple):
+    first: float
+    last: float
+
 @compile_inline
 def square(x):
     return x * x
@@ -49,6 +53,15 @@ def put(a, none, x):
 @compile_kernel
 def ordered(a):
     return a[0] <= a[1]
+
+@compile_kernel
+def ends(a):
+    return Ends(a[0], a[-1])
+
+@compile_kernel
+def between(a):
+    own = ends(a)
+    return own.last - own.first
 
 @compile_allocating
 def multiply(a, b, out):
@@ -75,9 +88,9 @@ def job():
     multiply(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([1.0, 0.0, 1.0, 1.0]), out)
     call = bound(total, LINE, rest=(int, float))
     return [total(LINE, 1, 3.0), call(0, np.float64(2.0)), call(np.int64(1), 1), split(pair, 1, True), a.tolist(),
-            ordered(a), ordered(frozen), out.tolist(), refused(3)]
+            ordered(a), ordered(frozen), out.tolist(), refused(3), ends(a).last]
 """
-RESULT = [15.0, 7.0, 7.0, ((4.0, 2, True), 7), [0.0, 8.0], True, False, [[6.0, 4.0], [14.0, 8.0]], 3]
+RESULT = [15.0, 7.0, 7.0, ((4.0, 2, True), 7), [0.0, 8.0], True, False, [[6.0, 4.0], [14.0, 8.0]], 3, 8.0]
 # 2 3 + 3^2, 2 1.5 + 2^2, 2 3 + 1; entries as written; 2 [[1, 2], [3, 4]] [[1, 0], [1, 1]]
 BUILD = """
 import sys
@@ -165,6 +178,12 @@ def test_other_arguments_run_as_python_with_a_warning(folder):
     done = printed(folder, "print(kernels.ordered(kernels.np.array([1, 2])))")
     assert done.stdout == "True\n"
     assert "pip install 'modalprep[build]'" in done.stderr
+
+
+def test_what_runs_as_python_takes_records_of_the_library(folder):
+    done = printed(folder, "print(kernels.between(kernels.np.array([1.0, 4.0])), len(kernels.ends.entries))")
+    assert done.stdout == "3.0 1\n", done.stderr
+    assert done.stderr.count("between: the library of compiled functions has no code for these arguments") == 1
 
 
 def test_without_library_and_numba_nothing_runs(tmp_path):

@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -60,11 +61,27 @@ def file_of(level: str, suffix: str) -> str:
 def entry_of(kernel: Stamped, arguments: Iterable[str]) -> Callable | None:
     """Return the function of a kernel for types of arguments; None if there is none."""
     library = loaded()
+    symbol = symbol_of(kernel, arguments) if library else ""
     try:
-        address = ctypes.cast(library[symbol_of(kernel, arguments)], ctypes.c_void_p).value if library else None
+        address = ctypes.cast(library[symbol], ctypes.c_void_p).value if library else None
     except AttributeError:
         return None
-    return _function(kernel, address) if address else None
+    return _making(_record(library, symbol), _function(kernel, address)) if address else None
+
+
+def _record(library: Any, symbol: str) -> Any:
+    """Return the class of the record that a function of the library returns; None if it returns none."""
+    try:
+        text = ctypes.string_at(ctypes.addressof(ctypes.c_char.in_dll(library, f"{symbol}_record")))
+    except ValueError:  # there is no such text
+        return None
+    module, name = text.decode().split(":")
+    return getattr(import_module(module), name)
+
+
+def _making(record: Any, function: Callable) -> Callable:
+    """Return the function with its tuples as records."""
+    return function if record is None else lambda *given: record._make(function(*given))
 
 
 def _function(kernel: Stamped, address: int) -> Callable:

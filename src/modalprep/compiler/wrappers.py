@@ -11,7 +11,7 @@ from numba.np.numpy_support import as_dtype
 from modalprep.compiler.address_code import AddressType
 
 CALL = """
-extern int {{0}}(void *, P *{parameters});
+extern int {{0}}(void *, P *{parameters});{record}
 EXPORT P {symbol}(P self, P *given, I count) {{{{
   {result} value = {{{{0}}}};
   P error = 0;
@@ -39,8 +39,17 @@ def wrapper(symbol: str, code: str, kernel: Any, result: types.Type, kinds: Sequ
         before="P thread = python.PyEval_SaveThread();\n  " if free else "",
         after="\n  python.PyEval_RestoreThread(thread);" if free else "",
         name=kernel.__name__,
+        record=_record(symbol, result),
         found=_packed(result, "value.it"),
     )
+
+
+def _record(symbol: str, result: Any) -> str:
+    """Return a text with the module and the name of the NamedTuple that the kernel returns, which Python makes."""
+    kind = getattr(result, "instance_class", None)
+    if kind is None:
+        return ""
+    return f'\nEXPORT const char {symbol}_record[] = "{kind.__module__}:{kind.__qualname__}";'
 
 
 def _parts(kind: types.Type, given: str) -> list[tuple[str, str]]:
