@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from multibody.mechanisms import slider_crank
+from multibody.trees import with_dampers
 
 import modalprep as mp
 from modalprep.examples import large_cantilever, uniform_beam
@@ -14,7 +15,7 @@ from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring, Bushing
 from modalprep.multibody.model.rotational_spring import RotationalSpring
-from modalprep.sensitivity import Objective, changed
+from modalprep.sensitivity import Objective, Parameter, changed
 from modalprep.sensitivity.course import Course, Options
 from modalprep.sensitivity.observed import Observer, find_channel
 from modalprep.sensitivity.parameters import find
@@ -79,7 +80,7 @@ def block(name="block", mass=2.0):
 
 
 def chain(**options):
-    """A sprung block, a beam with two modes on a ball joint."""
+    """A sprung block, a beam on a ball joint, whose dampers couple its modes; one parameter is their size."""
     spring = HingeElement(stiffness=20.0, damping=0.3)
     joints = (
         mp.Joint(
@@ -87,20 +88,30 @@ def chain(**options):
         ),
         mp.Joint(name="ball", type="spherical", parent="block.tip", child="arm", angular_velocity=(0.3, 0.2, -0.5)),
     )
-    system = mp.System(bodies={"block": block(), "arm": uniform_beam(modes=2)}, joints=joints, gravity=(0, 0, -9.81))
+    arm = with_dampers(uniform_beam(modes=2))
+    system = mp.System(bodies={"block": block(), "arm": arm}, joints=joints, gravity=(0, 0, -9.81))
     channels = ["root.angle", "arm.modal.1", "ball.quaternion.2", "arm.tip.position.x", "ball.force.z"]
     names = ["root.stiffness", "root.damping", "root.angle", "gravity.z", "block.mass", "arm.mode_stiffness.1"]
-    return Case(system, channels, [*names, "arm.mode_damping.2", "ball.angular_velocity.x"], 0.1, **options)
+    names += ["arm.mode_damping.2", "ball.angular_velocity.x", Parameter(name="dampers", value=1.0, change=_damped)]
+    return Case(system, channels, names, 0.1, **options)
+
+
+def _damped(system, factor):
+    """Dampers of the arm of another size."""
+    arm = system.bodies["arm"]
+    C = factor * (arm.damping_matrix - np.diag(arm.D))
+    return system.with_(bodies=system.bodies | {"arm": arm.with_(coupled_damping=np.diag(arm.D) + C)})
 
 
 def satellite(**options):
-    """A free block with a beam on a sprung hinge: nothing holds it."""
+    """A free block with a beam on a sprung hinge, whose dampers couple its modes: nothing holds it."""
     spring = HingeElement(stiffness=50.0, damping=1.0)
     joints = (
         mp.Joint(name="hub", type="free", parent="ground", child="block", angular_velocity=(0.3, 2.0, -0.5)),
         mp.Joint(name="wing", type="revolute", parent="block.tip", child="arm", angle=0.2, elements=spring),
     )
-    system = mp.System(bodies={"block": block(), "arm": uniform_beam(modes=2)}, joints=joints)
+    bodies = {"block": block(), "arm": with_dampers(uniform_beam(modes=2))}
+    system = mp.System(bodies=bodies, joints=joints)
     channels = ["wing.angle", "arm.modal.1", "hub.displacement.1", "hub.quaternion.3"]
     return Case(
         system, channels, ["wing.stiffness", "wing.angle", "hub.angular_velocity.z", "block.mass"], 0.1, **options

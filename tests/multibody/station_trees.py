@@ -15,7 +15,7 @@ PARENTS = [-1, 0, 0, 2, -1]
 def random_stations(seed, n):
     """A random body of particles, its stations a tree with two branches at the root."""
     rng = np.random.default_rng(seed)
-    body = random_body(np.random.default_rng(seed), n).with_(T=None)
+    body = random_body(np.random.default_rng(seed), n, damping=True).with_(T=None)
     mass, x, shape = particles(np.random.default_rng(seed), n)
     of = np.sort(rng.integers(0, len(PARENTS), len(mass)))
     of[: len(PARENTS)] = range(len(PARENTS))

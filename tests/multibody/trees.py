@@ -10,6 +10,7 @@ from modalprep.body.rigid import rigid_body
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.model.joint_types import FREE, JOINT_TYPES, SPHERICAL
 from modalprep.multibody.packing.tree import pack
+from modalprep.reduction.dampers import damping_fields
 
 
 def particles(rng, n):
@@ -37,7 +38,7 @@ def integrals(mass, x, shape):
 def random_body(rng, n, *, geometric=True, damping=False):
     """Body of 30 particles with n random modes; its geometric stiffness is random but symmetric, and so is its T.
 
-    Bodies of 2, 3 and 5 modes have T.
+    Bodies of 2, 3 and 5 modes have T; with `damping`, two dampers couple the modes of bodies of 3 and more.
     """
     grown = 0.1 * np.random.default_rng(n).standard_normal((n, n, n))
     mass, x, shape = particles(rng, n)
@@ -49,13 +50,20 @@ def random_body(rng, n, *, geometric=True, damping=False):
     carried = np.array([0.0, 0.3, 0.3])[:, None, None]  # the root is at rest in the body's frame
     frame = {"root": np.zeros(3), "a": rng.standard_normal(3), "b": rng.standard_normal(3)}
     rigid = rigid_body("random", mass=mass.sum(), centre=np.zeros(3), inertia=np.eye(3), interfaces=frame)
-    return rigid.with_(
+    body = rigid.with_(
         **integrals(mass, x, shape),
         Kg_A=symmetric(3), Kg_W=symmetric(3, 3), Kg_F=symmetric(3, 3), Kg_T=symmetric(3, 3),
         phi=carried * rng.standard_normal((3, 3, n)), psi=carried * rng.standard_normal((3, 3, n)),
         K=rng.uniform(1.0, 3.0, n), D=damping * rng.uniform(0.0, 0.3, n), frequency=np.sqrt(rng.uniform(1.0, 3.0, n)),
         shape=0.1 * np.ones((3, 3, n)), T=grown + grown.swapaxes(1, 2) if geometric and n in (2, 3, 5) else None,
     )  # fmt: skip
+    return with_dampers(body) if damping and n > 2 else body
+
+
+def with_dampers(body, ratio=0.1):
+    """The body with two dampers more, which couple its modes, of about such a damping ratio."""
+    across = body.K[:, None] ** 0.25 * np.random.default_rng(body.n).standard_normal((body.n, 2))
+    return body.with_(**damping_fields(body.D, ratio * across @ across.T))
 
 
 KINDS = tuple(JOINT_TYPES)

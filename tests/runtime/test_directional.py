@@ -5,6 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 from compare import assert_close
+from multibody.trees import with_dampers
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
@@ -18,7 +19,7 @@ pytest.importorskip("ziglang")
 fmpy = pytest.importorskip("fmpy")
 slaves = pytest.importorskip("fmpy.fmi2")
 slaves3 = pytest.importorskip("fmpy.fmi3")
-BEAM = uniform_beam(modes=2)
+BEAM = with_dampers(uniform_beam(modes=2))
 GRAVITY = np.array([1.0, -9.81, 2.0])
 ENDS = {"root": np.zeros(3), "tip": np.array([1.0, 0.3, 0.2])}
 HUB = rigid_body("hub", mass=50.0, centre=ENDS["tip"] / 2, inertia=np.diag([10.0, 20.0, 25.0]), interfaces=ENDS)

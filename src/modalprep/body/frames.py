@@ -159,8 +159,8 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     this frame, the former root included: in a multibody system only a free joint can carry such a body.
 
     The geometric stiffness is that of loads balanced by the body's own inertia: ``Kg_A = 0``. Modal damping keeps the
-    diagonal of the transformed damping matrix. The reduction's table of modes loses its effective masses, which are
-    those of the former root.
+    diagonal of the transformed damping matrix, with dampers between modes the whole. The reduction's table of modes
+    loses its effective masses, which are those of the former root.
 
     Returns
     -------
@@ -203,7 +203,8 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     """Describe a body in the frame of another of its interfaces, which becomes the root.
 
     The span of displacements stays; the coordinates become its modes with the new root clamped. It leads back from any
-    other frame. Modal damping keeps the diagonal of the transformed matrix, and the table loses its effective masses.
+    other frame. Modal damping keeps the diagonal of the transformed matrix, with dampers between modes the whole, and
+    the table loses its effective masses.
 
     A mesh reduced with the other root gives the same body when it spans the same motions, as Craig-Bampton does with
     every interface fixed. For beams and shells Kg_A, Kg_W and T of the former root are kept; they depend on the root

@@ -19,7 +19,8 @@ def linearised_geometric_stiffness(
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
     stiffness itself is dropped, as is T except for the modal mass at the steady deflection. At that motion, but not at
-    others, the frequencies are those of the full body. Damping is the diagonal of the old one in the new modes.
+    others, the frequencies are those of the full body. Damping is the diagonal of the old one in the new modes, with
+    dampers between modes the whole.
 
     Parameters
     ----------

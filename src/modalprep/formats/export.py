@@ -121,6 +121,10 @@ def lost_in(body: FlexibleBody, to: str) -> list[str]:
         )
     if EXPORTS[to].holds == HUB:
         said.append("it describes small motions of the root, without geometric stiffness and without other interfaces")
+    if body.coupled_damping is not None and to in ("coupling", "uff"):
+        said.append(
+            "the modes have damping ratios of their own: what dampers pass from one to another has no place here"
+        )
     if body.stations is not None and EXPORTS[to].holds in (MOTION, MATRICES):
         said.append(
             "the stations of large_deflection have no place in this format: its reader moves the body by its modes "

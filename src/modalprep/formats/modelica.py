@@ -21,6 +21,7 @@ ARRAYS = {  # fields of a body, and what they are
     "P": "integral of mode times mode",
     "K": "modal stiffness, (rad/s)2",
     "D": "modal damping, 1/s",
+    "coupled_damping": "the whole damping matrix where dampers couple the modes, 1/s",
     "Kg_A": "geometric stiffness of accelerations",
     "Kg_W": "geometric stiffness of the centrifugal field",
     "Kg_F": "geometric stiffness of forces on interfaces",
@@ -80,6 +81,8 @@ def _lines(body: FlexibleBody, name: str) -> Iterator[str]:
     names = ", ".join(map(_text, body.interface_name))
     yield f'  parameter String interface_name[{len(body.interface_name)}] = {{{names}}} "interfaces";'
     for field, what in ARRAYS.items():
+        if getattr(body, field) is None:
+            continue
         values = np.asarray(getattr(body, field), dtype=float)
         shape = ", ".join(map(str, values.shape))
         yield f"  parameter Real {field}[{shape}] = {_array(values)} {_text(what)};"

@@ -9,10 +9,13 @@ import numpy as np
 from modalprep.reduction.table import ModalBody
 
 COUPLED = 1e-12  # relative entry off the diagonal of a damping matrix that couples modes
+DIGITS = 1e-9  # the same of matrices of files, to the digits that these have
 
 
-def damping_fields(own: np.ndarray, dampers: np.ndarray | None = None) -> dict[str, Any]:
+def damping_fields(own: np.ndarray, dampers: np.ndarray | None = None, least: float = COUPLED) -> dict[str, Any]:
     """Return D and `coupled_damping` of a body with modal damping ``own (n,)`` and `dampers` (n, n), both 1/s.
+
+    What `dampers` have off the diagonal is round-off where no entry is more than a share `least` of the largest on it.
 
     Examples
     --------
@@ -25,7 +28,7 @@ def damping_fields(own: np.ndarray, dampers: np.ndarray | None = None) -> dict[s
         return {"D": own, "coupled_damping": None}
     C = np.diag(own) + (dampers + dampers.T) / 2
     D = np.diag(C).copy()
-    coupled = np.abs(C - np.diag(D)).max(initial=0.0) > COUPLED * D.max(initial=0.0)
+    coupled = np.abs(C - np.diag(D)).max(initial=0.0) > least * D.max(initial=0.0)
     return {"D": D, "coupled_damping": C if coupled else None}
 
 
@@ -59,7 +62,6 @@ def coupling_note(coupled: np.ndarray | None) -> tuple[str, ...]:
     size = np.sqrt(np.where(D > 0, D, np.inf))
     share = np.abs((coupled - np.diag(D)) / size / size[:, None]).max()
     return (
-        f"viscous dampers couple the modes, by up to {share:.2g} of their own damping: responses, modes at a speed and "
-        "files with damping matrices have the whole matrix, motions of systems its diagonal, as if no mode passed "
-        "damping to another",
+        f"viscous dampers couple the modes, by up to {share:.2g} of their own damping: responses, motions and files "
+        "with damping matrices have the whole matrix, damping ratios of single modes are those of its diagonal",
     )

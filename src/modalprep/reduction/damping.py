@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.records import Record
+from modalprep.reduction.dampers import damping_fields
 from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.reduction.table import AnyBody, ModalBody
 from modalprep.suggest import refuse_unknown
@@ -208,15 +209,16 @@ class ComponentDamping(Record):
     coupling: float
 
     def applied(self, bodies: Mapping[str, AnyBody]) -> dict[str, AnyBody]:
-        """Return the bodies with this damping; of a full matrix they take the diagonal.
+        """Return the bodies with this damping, of a full matrix the whole.
 
         Returns
         -------
         dict of ModalBody
             By the names of the components.
         """
-        D = {name: d if d.ndim == 1 else np.diag(d) for name, d in self.damping.items()}
-        return {name: body.with_(D=D[name]) if name in D else body for name, body in bodies.items()}
+        whole = {name: np.diag(d) if d.ndim == 1 else d for name, d in self.damping.items()}
+        fields = {name: damping_fields(np.zeros(len(C)), C) for name, C in whole.items()}
+        return {name: body.with_(**fields.get(name, {})) for name, body in bodies.items()}
 
     def __repr__(self) -> str:
         """Number of modes and the largest deviation."""

@@ -147,8 +147,9 @@ def projected_basis(
 def reduced_body(body: AnyBody, projected: ProjectedBasis) -> AnyBody:
     """Return a FlexibleBody in the coordinates p of ``q = basis p``: with every array of a modal body.
 
-    Its damping is the diagonal of ``basis^T diag(D) basis``. Its table lists the singular directions with their
-    Rayleigh quotients as frequencies and their effective masses about the root.
+    Its damping is the diagonal of ``basis^T diag(D) basis``, the whole ``basis^T C basis`` where dampers couple modes.
+    Its table lists the singular directions with their Rayleigh quotients as frequencies and their effective masses
+    about the root.
 
     Returns
     -------

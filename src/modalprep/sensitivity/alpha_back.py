@@ -16,6 +16,7 @@ from modalprep.compiler.jit import compile_inline, compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, hinge_slopes, load
 from modalprep.multibody.kernels.algebra.tuples import add3, copy, cross, get3, put3, scaled3
 from modalprep.multibody.kernels.articulated_body import inward
+from modalprep.multibody.kernels.modal_dampers import subtract_damper_forces
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.tangents.data import Sweep
 from modalprep.multibody.kernels.tangents.outward import outward_tangents
@@ -260,6 +261,7 @@ def _apply(stages, steps, k, back, work, v, out):
     accelerate(other, force, z)
     _products(eq, steps.time[k], z, back, work)
     carry_back(eq.model, work.moved, back.by_x, 1, work.turned[1])
+    subtract_damper_forces(other.data.modal, other.model, 1.0, z, back.by_u)
     for i in range(len(v)):
         more = c1 * (back.by_u[i] - other.linear[1, i] * z[i]) + c2 * (work.turned[1, i] - other.linear[0, i] * z[i])
         out[i] = v[i] + work.scale[i] * more

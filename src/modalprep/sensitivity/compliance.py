@@ -1,4 +1,4 @@
-"""Springs and bushings that a Rosenbrock step treats implicitly: the forces that they add to a stage.
+"""Springs, bushings, dampers between modes that a Rosenbrock step treats implicitly: the forces they add to a stage.
 
 A row g of stiffness k and damping d adds ``g' (k g.a + d g.b)`` with the vectors a, b of the stage (rosenbrock.py). It
 turns with the state of the stage; what that changes is a difference of this force, an algebraic function of the state.
@@ -16,7 +16,7 @@ from modalprep.sensitivity.differences import RELATIVE, directional
 
 
 class Compliance:
-    """The rows of springs, bushings and rotational springs of a system; may be none.
+    """The rows of springs, bushings and rotational springs of a system, may be none, and its dampers between modes.
 
     Attributes
     ----------
@@ -43,14 +43,16 @@ class Compliance:
         return found
 
     def matrix(self, y: np.ndarray, by_stiffness: float, by_damping: float) -> np.ndarray:
-        """Return what the rows add to the matrix (nu, nu) of a stage, with factors of stiffness and damping."""
+        """Return what they add to the matrix (nu, nu) of a stage, with factors of stiffness and damping."""
         G = self.slopes(y)
-        return G.T @ ((by_stiffness * self.stiffness + by_damping * self.damping)[:, None] * G)
+        rows = G.T @ ((by_stiffness * self.stiffness + by_damping * self.damping)[:, None] * G)
+        return rows + by_damping * self.evaluator.packed.dampers
 
     def force(self, y: np.ndarray, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Return the force (nu,) of the rows at increments `place` and `rate` (nu,)."""
+        """Return their force (nu,) at increments `place` and `rate` (nu,)."""
         G = self.slopes(y)
-        return G.T @ (self.stiffness * (G @ place) + self.damping * (G @ rate))
+        rows = G.T @ (self.stiffness * (G @ place) + self.damping * (G @ rate))
+        return rows + self.evaluator.packed.dampers @ rate
 
     def force_slopes(self, y: np.ndarray, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Return the derivatives (nu, nu) of this force by increments of the coordinates."""

@@ -200,7 +200,10 @@ def _body_change(name: str, make: Callable[[FlexibleBody, float], FlexibleBody])
 def _with_number(body: FlexibleBody, field: str, k: int, value: float) -> FlexibleBody:
     numbers = getattr(body, field).copy()
     numbers[k] = value
-    return body.with_(**{name: getattr(body, name) for name in OF_THE_SHAPES}, **{field: numbers})
+    changes = {name: getattr(body, name) for name in (*OF_THE_SHAPES, "coupled_damping")} | {field: numbers}
+    if field == "D" and body.coupled_damping is not None:
+        changes["coupled_damping"] = body.coupled_damping + np.diag(numbers - body.D)
+    return body.with_(**changes)
 
 
 def with_mass(body: FlexibleBody, mass: float) -> FlexibleBody:

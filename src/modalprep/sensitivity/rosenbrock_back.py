@@ -16,6 +16,7 @@ from modalprep.multibody.evaluation.evaluate import GOOD, hinge_slopes, load, so
 from modalprep.multibody.integration.rosenbrock import ALPHA, GAMMA, STAGES, WEIGHTS, G
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import kinematic
+from modalprep.multibody.kernels.modal_dampers import subtract_damper_forces
 from modalprep.multibody.kernels.tangents.pulled_rates import pull_lengths, pull_rates
 from modalprep.sensitivity.solutions import accelerate
 from modalprep.sensitivity.stages_back import (
@@ -108,6 +109,7 @@ def _step_back(stages, steps, k, back, work, bar):
         eq, row = stage_of(stages, i), STAGES * k + i
         push = steps.push[row]
         _stage_back(eq, i, h, steps, row, back, work)
+        subtract_damper_forces(eq.data.modal, eq.model, 1.0, push, work.total)
         for c in range(len(bar)):
             bar[c] += back.own[c]
         for j in range(i):

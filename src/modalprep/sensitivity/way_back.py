@@ -102,6 +102,7 @@ class WayBack:
         self.alpha = new_alpha_work(nx, model.evaluator.scale, method, len(self.sprung), self.back.work)
         turning = any(e.friction or e.limited for joint in model.system.joints for e in joint.elements)
         turning = turning or model.compliance.rows is not None  # what the matrix of a stage has changes with states
+        turning = turning or not all(np.array_equal(_dampers(x), _dampers(model.evaluator)) for x in model.evaluators)
         self.methods = {driver.EXPLICIT: STAGES}
         if self.loops is None:
             self.methods |= {driver.ALPHA: 1} | ({} if turning else {driver.ROSENBROCK: rosenbrock.STAGES})
@@ -258,6 +259,12 @@ class WayBack:
 def in_space(work: Work) -> Work:
     """Return the work of constraints, by which systems that move in a plane are evaluated as all others."""
     return work._replace(paths=work.paths._replace(planar=False))
+
+
+def _dampers(evaluator: Evaluator) -> np.ndarray:
+    """Return the damping between modes of all bodies, which compiled stages take for no parameter."""
+    modal = evaluator.packed.model.modal
+    return np.zeros(0) if modal is None else modal.dampers
 
 
 def _alpha_steps(steps: Sequence[Any]) -> AlphaSteps:

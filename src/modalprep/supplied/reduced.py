@@ -16,6 +16,7 @@ from modalprep.fe.assembly.matrix_mass import linear_vectors
 from modalprep.fe.external.model import unit_factors
 from modalprep.linalg.ritz import ritz
 from modalprep.linalg.unique import unique_modes
+from modalprep.reduction.dampers import DIGITS, damping_fields
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, ModeTable
 from modalprep.supplied.boundary import BoundaryRows, boundary_rows, interface_nodes
 from modalprep.supplied.integrals import Affine, Rigid, moments
@@ -64,7 +65,7 @@ def body_from_reduced(
     nodes : (k, 3)
         Positions of the boundary nodes in basic axes.
     damping, structural_damping : (n, n), optional
-        Viscous damping, and the imaginary part of the stiffness, of which the diagonal in the modes is kept.
+        Viscous damping, and the imaginary part of the stiffness. Of the latter the diagonal in the modes is kept.
     dof : (k, 6) int, optional
         Row of ux, uy, uz, rx, ry, rz of each node, -1 where it has none; rows of no node are generalised coordinates.
         Default six rows for each node in turn, then the generalised coordinates.
@@ -164,7 +165,7 @@ def _reduced(name: str, K, M, C, ends: BoundaryRows, groups: dict[str, list[int]
         phi=phi,
         psi=psi,
         K=w2,
-        D=_damping(C, Phi, w2),
+        **_damping(C, Phi, w2),
         frequency=np.sqrt(w2) / (2 * np.pi),
         interface_name=tuple(groups),
         interface_position=place,
@@ -233,13 +234,17 @@ def _strain(M: np.ndarray, ends: BoundaryRows, R: np.ndarray, rigid: Rigid) -> n
     return strain @ basic.T
 
 
-def _damping(C: dict[str, np.ndarray], Phi: np.ndarray, w2: np.ndarray) -> np.ndarray:
-    """Return the modal damping (n,): structural damping as the viscous one of the same loss at resonance."""
-    D = np.zeros(len(w2))
-    for key, A in C.items():
-        own = np.einsum("in,ij,jn->n", Phi, A, Phi)
-        D += own if key == "viscous" else np.divide(own, np.sqrt(w2), out=np.zeros(len(w2)), where=w2 > 0)
-    return np.maximum(D, 0.0)
+def _damping(C: dict[str, np.ndarray], Phi: np.ndarray, w2: np.ndarray) -> dict[str, Any]:
+    """Return the modal damping: structural damping of each mode as the viscous one of the same loss at resonance."""
+    none = np.zeros(len(w2))
+    own, viscous = none.copy(), np.zeros((len(w2), len(w2)))
+    if "structural" in C:
+        loss = np.einsum("in,ij,jn->n", Phi, C["structural"], Phi)
+        own = np.maximum(np.divide(loss, np.sqrt(w2), out=none, where=w2 > 0), 0.0)
+    if "viscous" in C:
+        viscous = Phi.T @ C["viscous"] @ Phi
+        np.fill_diagonal(viscous, np.maximum(np.diag(viscous), 0.0))
+    return damping_fields(own, viscous, DIGITS)
 
 
 def _translations(ends: BoundaryRows, Phi: np.ndarray) -> np.ndarray:

@@ -91,6 +91,33 @@ def test_craig_bampton_with_all_modes_has_the_poles_of_the_full_model():
     assert spin_modes(body, np.zeros(3)).frequency[0] == pytest.approx(full[0].imag / (2 * np.pi), rel=1e-7)
 
 
+def test_a_system_has_the_poles_of_the_full_model():
+    """The root on a hinge with a spring and a damper, which stand in one more row of the matrices of the model."""
+    mesh, sections = frame()
+    model = mp.assemble(mesh, sections, {"root": mp.Interface(group="at0", kind="node")})
+    body = mp.flexible_body(model, mp.craig_bampton(model, modes=100, truncation=()), name="frame")
+    root = np.searchsorted(model.free, model.interfaces[0].dofs)
+    keep = np.setdiff1d(np.arange(len(model.free)), root[[0, 1, 2, 3, 4]])
+    turn = int(np.searchsorted(keep, root[5]))
+    K, C, M = ((model.C.T @ A @ model.C).toarray()[np.ix_(keep, keep)] for A in (model.K, model.damping, model.M))
+    K[turn, turn] += 3e4
+    C[turn, turn] += 20.0
+    mount = mp.multibody.HingeElement(stiffness=3e4, damping=20.0)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="frame", axis=(0, 0, 1), elements=mount)
+    system = mp.System(bodies={"frame": body}, joints=(hinge,))
+    expected = poles(K, C, M)
+    expected = expected[expected.imag > 0]
+    expected = expected[np.argsort(np.abs(expected))]
+    found = mp.system_modes(system).eigenvalue
+    found = found[found.imag > 0]
+    found = found[np.argsort(np.abs(found))]
+    assert len(found) == len(expected)
+    np.testing.assert_allclose(found[:12], expected[:12], rtol=1e-7)  # round-off of the largest, 1e4 times as large
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    diagonal = mp.system_modes(system.with_(bodies={"frame": body.with_(D=body.D)})).eigenvalue
+    assert np.abs(diagonal[0].real - found[0].real) > 0.05 * abs(found[0].real)
+
+
 def test_guyan_is_exact_where_mass_and_dampers_are_at_its_interfaces():
     """The beams are massless; the masses and the ends of the dampers are at the interfaces."""
     mass = mp.PointMass(mass=5.0, inertia=(0.1, 0.2, 0.3, 0.0, 0.0, 0.0))

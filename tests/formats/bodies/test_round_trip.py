@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 import pytest
+from compare import assert_close
+from multibody.trees import with_dampers
 from size import FULL, seeds
 
 import modalprep as mp
@@ -84,6 +86,17 @@ def test_what_the_format_holds_comes_back(name, to, request, folder):
     body = request.getfixturevalue(name)
     for check in compare_bodies(body, back(body, to, folder), TOLERANCE.get(to, 1e-9)):
         assert check.passed or check.name in NOT_HELD[to], check
+
+
+@pytest.mark.parametrize("to", ["sid", "mbdyn", "op4", "dmig"])
+def test_damping_between_modes_comes_back(to, folder):
+    """To the digits of the formats, 12 to 17, of sums over six motions of each interface in matrices."""
+    body = with_dampers(uniform_beam(modes=4, truncation=("interfaces", "inertia"))).with_(name="damped")
+    found = import_body(export_body(body, to, folder / f"damped-{to}{EXPORTS[to].suffix}"))
+    sign = np.sign(np.sum(found.phi * body.phi + found.psi * body.psi, axis=(0, 1)))
+    size = np.sqrt(np.outer(body.D, body.D)).max()
+    assert_close(found.damping_matrix * np.outer(sign, sign), body.damping_matrix, 1e-7, scale=size)
+    assert_close(np.diag(found.damping_matrix), found.D, 1e-15)
 
 
 def run(project, file, bodies, t_end):

@@ -59,6 +59,7 @@ def test_accelerations_do_not_depend_on_mode_signs():
         S=body.S * sign, H=body.H * sign, P=body.P * pair, Kg_A=body.Kg_A * pair, Kg_W=body.Kg_W * pair,
         Kg_F=body.Kg_F * pair, Kg_T=body.Kg_T * pair, phi=body.phi * sign, psi=body.psi * sign,
         T=None if body.T is None else np.einsum("ijk,i,j,k->ijk", body.T, sign, sign, sign),
+        coupled_damping=body.damping_matrix * pair,
     )  # fmt: skip
     y = random_state(system, 4)
     z, packed = y.copy(), pack(system)

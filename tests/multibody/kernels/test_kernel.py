@@ -171,16 +171,17 @@ def test_wrench_of_an_evaluation(seed):
 
 
 @pytest.mark.parametrize("seed", seeds(20))
-def test_implicit_terms_stand_on_the_diagonal(seed):
+def test_implicit_terms_stand_in_the_rows_of_joints_and_modes(seed):
     e = Evaluation(seed)
     hinge = e.hinges(np.random.default_rng(seed).uniform(0.1, 2.0, e.packed.nu))
-    diagonal, c1, c2 = hinge.copy(), 0.3, 0.7
+    added, c1, c2 = np.diag(hinge), 0.3, 0.7
     for link, row in zip(e.packed.links, e.model.links, strict=True):
         if link.body:
             body = e.system.bodies[link.body]
-            diagonal[row["uq"] : row["uq"] + body.n] = c1 * body.D + c2 * body.K
+            own = slice(row["uq"], row["uq"] + body.n)
+            added[own, own] = c1 * body.damping_matrix + c2 * np.diag(body.K)
     M, f = e.dense()
-    assert_close(e.run(hinge, c1, c2), np.linalg.solve(M + np.diag(diagonal), f), ROUND_OFF)
+    assert_close(e.run(hinge, c1, c2), np.linalg.solve(M + added, f), ROUND_OFF)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -11,6 +11,7 @@ from scipy.linalg import LinAlgError, eigh
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.errors import InputError
+from modalprep.reduction.dampers import DIGITS, damping_fields
 from modalprep.reduction.table import ModeTable
 from modalprep.supplied.uncertainty import MISSING
 
@@ -53,7 +54,8 @@ def body_of(M: np.ndarray, K: np.ndarray, D: np.ndarray, **said: Any) -> Flexibl
         raise InputError(f"its stiffness has the negative eigenvalue {k.min():.3g}")
     table = ModeTable.empty(np.diag(rigid_mass_matrix(said["m"], said["s0"], said["E0"])))
     arrays: dict[str, Any] = {"cells": {}} | said
-    body = FlexibleBody(**arrays, K=k, D=np.diag(V.T @ D @ V).copy(), frequency=np.sqrt(k) / (2 * np.pi), modes=table)
+    damping = damping_fields(np.zeros(len(k)), V.T @ D @ V, DIGITS)
+    body = FlexibleBody(**arrays, K=k, **damping, frequency=np.sqrt(k) / (2 * np.pi), modes=table)
     _refuse_not_finite(body)
     return _rooted(body)
 
@@ -76,7 +78,7 @@ def even(X: np.ndarray) -> np.ndarray:
 
 
 def _refuse_not_finite(body: FlexibleBody) -> None:
-    names = (*VECTORS, *FORMS, "points", "K", "D", "s0", "E0")
+    names = (*VECTORS, *FORMS, "points", "K", "damping_matrix", "s0", "E0")
     if not all(np.all(np.isfinite(getattr(body, name))) for name in names):
         raise InputError("its numbers are too large")
 

@@ -177,7 +177,7 @@ def _notes(body: FlexibleBody, file: Contents, planar: bool, own: bool) -> list[
             "has an inertia that was made up"
         )
     if not own:
-        said.append("modes that are orthogonal: the coordinates are those of Me and Ke, and of De the diagonal is kept")
+        said.append("modes that are orthogonal: the coordinates are those of Me and Ke")
     if np.any(file.body["ksigma"].M0):
         said.append("a state without stress: its prestress load ksigma is dropped")
     return said

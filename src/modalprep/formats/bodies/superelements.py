@@ -156,5 +156,7 @@ def _with_modes(body: FlexibleBody, kept: np.ndarray) -> FlexibleBody:
     forms = ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")
     changed = {name: getattr(body, name)[..., kept] for name in vectors}
     changed |= {name: getattr(body, name)[..., kept, :][..., kept] for name in forms}
+    coupled = body.coupled_damping
+    changed["coupled_damping"] = None if coupled is None else coupled[np.ix_(kept, kept)]
     changed["recovery"] = {name: rows.with_(q=rows.q[..., kept]) for name, rows in body.recovery.items()}
     return body.with_(**changed)

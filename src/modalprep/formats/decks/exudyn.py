@@ -132,7 +132,8 @@ def _body(name: str, body: FlexibleBody, state: BodyState, stem: str) -> str:
     start = [_list(state.p), _list(state.R), _list(state.R @ state.V[:3]), _list(state.R @ state.V[3:])]
     placed = ", ".join(map(repr, start))
     if body.n:
-        return f"flexible({name!r}, {_file(stem, name)!r}, {_list(body.D)}, {placed})"
+        damping = _list(body.D if body.coupled_damping is None else body.coupled_damping)
+        return f"flexible({name!r}, {_file(stem, name)!r}, {damping}, {placed})"
     J = np.trace(body.E0) * np.eye(3) - body.E0
     six = _list([J[0, 0], J[1, 1], J[2, 2], J[1, 2], J[0, 2], J[0, 1]])
     places = dict(zip(body.interface_name, _list(body.interface_position), strict=True))

@@ -60,6 +60,7 @@ from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, add_deployment_forces, set_deployed_masses
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import add_modal_loads
+from modalprep.multibody.kernels.modal_dampers import damper_power, subtract_damper_forces
 from modalprep.multibody.model.joint_types import PRESCRIBED
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.packed import Packed
@@ -307,8 +308,8 @@ def hinge_slopes(eq):
 def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     """Solve ``(M + c1 D + c2 K) out = F - D by_rate - K by_place`` after `load`; returns the status of `inward`.
 
-    D and K are those of modes and hinges (`linear`) and of springs and bushings. Closed loops constrain accelerations,
-    or with `places` the coordinates to which ``c2 out + by_place`` leads from y.
+    D and K are those of modes (dampers between them too) and hinges (`linear`) and of springs and bushings. Closed
+    loops constrain accelerations, or with `places` the coordinates to which ``c2 out + by_place`` leads from y.
     """
     model, data = eq.model, eq.data
     copy_loop_states(eq.work, eq.implicit_work)
@@ -316,6 +317,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     set_targets(eq.implicit, model, data, eq.implicit_work, c1, c2, places, by_rate, by_place)
     for u in range(len(out)):
         out[u] = -eq.linear[1, u] * by_rate[u] - eq.linear[0, u] * by_place[u]
+    subtract_damper_forces(data.modal, model, 1.0, by_rate, out)
     for i in range(len(model.links)):
         for u in range(model.links[i].u, model.links[i].uq):
             eq.hinge[u] = c1 * eq.linear[1, u] + c2 * eq.linear[0, u]
@@ -334,6 +336,7 @@ def smooth(eq, c1, c2, e, scratch):
     clear_wrenches(model, data)
     for u in range(len(tau)):
         tau[u] = -(c1 * eq.linear[1, u] + c2 * eq.linear[0, u]) * e[u]
+    subtract_damper_forces(data.modal, model, c1, e, tau)
     add_modal_loads(data.modal, model, tau)
     inward_bias(model, data, tau)
     forward_bias(model, data, tau, scratch)
@@ -365,4 +368,5 @@ def power(eq, work, y):
             total += along_axis(model.links[i], f) * eq.motion[i, 1]
         for u in range(model.links[i].uq, model.links[i].uq + model.links[i].modes):
             total -= eq.linear[1, u] * y[nx + u] * y[nx + u]
+        total -= damper_power(data.modal, model, i)
     return total

@@ -198,8 +198,9 @@ def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     turn = np.block([[0.0, -w], [w[:, None], -skew(w)]]) @ e / 2
     linear = -np.cross(w, P[:3]) + body.m * g
     angular = -np.cross(w, P[3:6]) - np.cross(v, P[:3]) + np.cross(at.s, g)
-    modal = momenta.modal_rate(q, u, P) + at.S.T @ g - body.K * q - body.D * qd
-    return np.concatenate([R @ v, turn, qd, linear, angular, modal, [body.D @ qd**2]])
+    resisted = body.damping_matrix @ qd
+    modal = momenta.modal_rate(q, u, P) + at.S.T @ g - body.K * q - resisted
+    return np.concatenate([R @ v, turn, qd, linear, angular, modal, [qd @ resisted]])
 
 
 def _motion(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> FreeBodyMotion:

@@ -43,6 +43,7 @@ LINK = np.dtype(
         ("slot", np.int64),  # row in `ModalData`, -1 rigid
         ("modal_mass", np.int64),  # UNIT, AFFINE or GROWS
         ("stations", np.int64),  # first row in `PartsData` of a body with stations, else -1
+        ("dampers", np.int64),  # row in `Modal.dampers`, -1 where no damper couples modes
         ("body", np.int64),  # in the system's order, -1 none
         ("phi", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
         ("first_interface", np.int64),  # row of `Model.interfaces`
@@ -106,7 +107,8 @@ class Modal(NamedTuple):
 
     integrals: Integrals  # of the bodies as they are given
     K: np.ndarray  # (nk, N) stiffness
-    D: np.ndarray  # (nk, N) damping
+    D: np.ndarray  # (nk, N) damping, of a body whose dampers couple modes the diagonal
+    dampers: np.ndarray  # (bodies whose dampers couple modes, N, N) their damping off the diagonal, symmetric
     c: np.ndarray  # (nk, N, N, N) c_ljk of (4.9), j first; (nk, 0, 0, 0) where no body has T
     Phi: np.ndarray  # (interfaces, 6, N) phi (3), psi (3) at q = 0
     Kg_FT: np.ndarray  # (interfaces, N, 6, N) Kg_F (3), Kg_T (3)

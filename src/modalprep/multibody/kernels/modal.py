@@ -29,6 +29,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put6,
     put9,
 )
+from modalprep.multibody.kernels.modal_dampers import add_dampers_to_mass
 from modalprep.multibody.kernels.modal_interfaces import (
     on_shape,
 )
@@ -82,6 +83,7 @@ def _eliminate(modal, model, own, i, c1, c2):
     for a in range(n):
         modal.M_ff[s, a, a] += c1 * model.modal.D[k, a] + c2 * model.modal.K[k, a]
         modal.b_f[s, a] -= modal.load[s, a]
+    add_dampers_to_mass(modal, model, i, c1)
     if not _factorise(modal.M_ff[s], modal.inverse[s], n):
         return False
     _reduce(modal, s, n)

@@ -43,6 +43,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     take3,
 )
 from modalprep.multibody.kernels.data import GROWS, UNIT
+from modalprep.multibody.kernels.modal_dampers import add_damper_forces
 from modalprep.multibody.kernels.modal_mass import add_second_order, apply_slopes, rest_coordinates
 from modalprep.multibody.kernels.stations.inertia import own_stations
 from modalprep.multibody.kernels.stations.motion import move_parts
@@ -72,6 +73,7 @@ def own_inertia(modal, model, data, i):
     if modal is not None:
         if model.links[i].slot >= 0:
             own_flexible(modal, model, data, i)
+            add_damper_forces(modal, model, i)
             return
     own_rigid(data.links[i])
 

@@ -41,6 +41,7 @@ class Bodies:
         self.positions: list[np.ndarray] = []
         self.count = 0  # of interfaces
         self.flexible: list[tuple[FlexibleBody, np.ndarray]] = []
+        self.damped: list[int] = []  # flexible kinds whose dampers couple modes
 
     def add(self, body: FlexibleBody, align: np.ndarray, turned: bytes, owner: str) -> tuple[int, int]:
         """Return the body's first interface and its flexible kind, -1 where it has no modes.
@@ -57,6 +58,7 @@ class Bodies:
         key = (id(body), turned, owner)
         if key not in self.found:
             kind = len(self.flexible) if body.n else -1
+            self.damped += [kind] if body.coupled_damping is not None else []
             self.found[key] = self.count, kind
             self.positions.append(body.interface_position @ align)
             self.count += len(body.interface_name)
@@ -75,17 +77,32 @@ class Bodies:
         N += -N % WIDTH
         first = {kind: node for node, kind in self.found.values()}
         parts = packed_parts(self.flexible, first, self.count, N)
-        found = _empty(len(self.flexible), self.count, N, any(body.T is not None for body, _ in self.flexible), parts)
+        kinds = len(self.flexible), len(self.damped)
+        found = _empty(*kinds, self.count, N, any(body.T is not None for body, _ in self.flexible), parts)
         for k, (body, align) in enumerate(self.flexible):
             integrals, constants, of_interfaces = _modes(body, align)
             nodes = slice(first[k], first[k] + len(body.interface_name))
             _fill(found.integrals, k, integrals)
             _fill(found, k, constants)
             _fill(found, nodes, of_interfaces)
+        for row, k in enumerate(self.damped):
+            _fill(found, row, {"dampers": between_modes(self.flexible[k][0])})
         return found
 
 
-def _empty(kinds: int, interfaces: int, N: int, with_T: bool, parts: Parts) -> Modal:
+def between_modes(body: FlexibleBody) -> np.ndarray:
+    """Return the damping (n, n) of a body off the diagonal.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> between_modes(uniform_beam(modes=2)).tolist()
+    [[0.0, 0.0], [0.0, 0.0]]
+    """
+    return body.damping_matrix - np.diag(body.D)
+
+
+def _empty(kinds: int, damped: int, interfaces: int, N: int, with_T: bool, parts: Parts) -> Modal:
     """Return zeros in place of all constants."""
     shapes = {
         "p0": (12,),
@@ -101,7 +118,9 @@ def _empty(kinds: int, interfaces: int, N: int, with_T: bool, parts: Parts) -> M
     c = np.zeros((kinds, *(3 * (N * with_T,))))
     of_interfaces = {"Phi": (6, N), "Kg_FT": (N, 6, N), "arm": (3,)}
     nodes = {name: np.zeros((interfaces, *shape)) for name, shape in of_interfaces.items()}
-    return Modal(integrals, np.zeros((kinds, N)), np.zeros((kinds, N)), c, **nodes, parts=parts)
+    K = np.zeros((kinds, N))
+    dampers = np.zeros((damped, N, N))
+    return Modal(integrals, K, np.zeros_like(K), dampers, c, **nodes, parts=parts)
 
 
 def _fill(record: Integrals | Modal, row: int | slice, values: dict[str, np.ndarray]) -> None:

@@ -24,6 +24,7 @@ OF_TREE = (
     "softest",
     "flexible",
     "linear",
+    "dampers",
     "types",
     "columns",
     "with_stations",
@@ -106,7 +107,7 @@ class Packed:
 
     @cached_property
     def linear(self) -> np.ndarray:
-        """Stiffness and damping of all speeds (2, nu), those of modes; zero at joints."""
+        """Stiffness and damping of all speeds (2, nu), those of modes; zero at joints and between modes."""
         found = np.zeros((2, self.nu))
         kinds = self.model.links["kind"]
         modal = self.model.modal
@@ -114,6 +115,17 @@ class Packed:
             for i, _, own in self.flexible:
                 n = own.stop - own.start
                 found[:, own] = modal.K[kinds[i], :n], modal.D[kinds[i], :n]
+        return found
+
+    @cached_property
+    def dampers(self) -> np.ndarray:
+        """Damping (nu, nu) between different modes, which dampers couple."""
+        found = np.zeros((self.nu, self.nu))
+        rows, modal = self.model.links["dampers"], self.model.modal
+        if modal is not None and len(modal.dampers):
+            for i, _, own in self.flexible:
+                n = own.stop - own.start
+                found[own, own] = modal.dampers[rows[i], :n, :n] if rows[i] >= 0 else 0.0
         return found
 
     @cached_property

@@ -286,7 +286,7 @@ def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> B
     """Write the masses of the links, and return the distinct bodies."""
     bodies = Bodies()
     depleted = {each.body for each in system.depletions}
-    rows["kind"] = rows["first_interface"] = rows["stations"] = -1
+    rows["kind"] = rows["first_interface"] = rows["stations"] = rows["dampers"] = -1
     names = {i: link.body for i, link in enumerate(links) if link.body}
     carriers = np.array(list(names))
     aligns = rows["align"][carriers].reshape(-1, 3, 3)
@@ -295,6 +295,8 @@ def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> B
     rows["modal_mass"][carriers] = [_modal_mass(*pair) for pair in zip(carried, owners, strict=True)]
     found = [bodies.add(*each) for each in zip(carried, aligns, _keys(aligns), owners, strict=True)]
     rows["first_interface"][carriers], rows["kind"][carriers] = np.transpose(found)
+    for row, kind in enumerate(bodies.damped):
+        rows["dampers"][rows["kind"] == kind] = row
     counts = np.array([len(body.stations) if body.stations else 0 for body in carried])
     rows["stations"][carriers] = np.where(counts, np.cumsum(counts) - counts, -1)
     for name, values in zip(("mass", "first_moment", "inertia"), rigid_constants(carried, aligns), strict=True):

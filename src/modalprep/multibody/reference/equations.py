@@ -58,7 +58,7 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
         growing = (part.c @ qd) @ qd
         modal += part.M_rest @ growing
         torque += cross_moment(rest @ growing)
-    modal = np.einsum("ar,arn->n", Omega, at.dp) + at.d_eta.T @ modal + body.K * q + body.D * qd
+    modal = np.einsum("ar,arn->n", Omega, at.dp) + at.d_eta.T @ modal + body.K * q + body.damping_matrix @ qd
     return assembled(body.m, at), np.concatenate([force, torque, modal])
 
 

@@ -29,7 +29,7 @@ def station_equations(
     moved = frames(at.chain, q)
     M = assembled(body.m, with_stations(at, moved, q))
     bias = _parts_bias(at, moved, V[3:], q, qd) + _rest_bias(at, moved, V[3:], q, qd)
-    bias[6:] += body.K * q + body.D * qd
+    bias[6:] += body.K * q + body.damping_matrix @ qd
     return M, bias
 
 

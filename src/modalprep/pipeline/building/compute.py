@@ -29,7 +29,7 @@ from modalprep.pipeline.schema.load import Loaded
 from modalprep.pipeline.schema.reduction import SuppliedTable
 from modalprep.reduction.basis import Reduction, held_mass
 from modalprep.reduction.cyclic.ring import ring_algebra
-from modalprep.reduction.dampers import damping_fields
+from modalprep.reduction.dampers import coupling_note, damping_fields
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.error import ReductionError
 from modalprep.reduction.recoveries.convergence import recovery_convergence
@@ -125,5 +125,6 @@ def _supplied(source: Loaded, table: SuppliedTable, file: Path, reporter: Report
         if table.damping is not None:
             body = body.with_(D=modal_damping(body, damping))
         done(1)
-    body = body.with_(notes=(*body.notes, *implausible_ratios(damping)))
+    said = (*coupling_note(body.coupled_damping), *implausible_ratios(damping))
+    body = body.with_(notes=(*body.notes, *said))
     return Built(body, file, check_body(body))

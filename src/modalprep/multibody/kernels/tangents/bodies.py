@@ -62,6 +62,17 @@ def flexible_slopes(modal, model, work, i, a, S, w):
         own.force[s, 6 + m] += K * modal.q[s, m] + D * modal.qd[s, m]
         own.by_q[s, 6 + m, m] += K
         own.by_qd[s, 6 + m, m] += D
+    if model.links[i].dampers >= 0:
+        _dampers(model.modal.dampers[model.links[i].dampers], own, s, n, modal.qd[s])
+
+
+@compile_kernel
+def _dampers(C, own, s, n, rates):
+    """Add what dampers do that couple modes."""
+    for a in range(n):
+        for b in range(n):
+            own.force[s, 6 + a] += C[a, b] * rates[b]
+            own.by_qd[s, 6 + a, b] += C[a, b]
 
 
 @compile_inline
