@@ -128,6 +128,17 @@ class Plotted:
         A result
             The names of channels, such as ``"hinge.angle"``; ``axes`` of matplotlib (a new figure by default),
             ``title``, ``ylabel``.
+        An ensemble
+            The name of a channel: its percentiles over time. ``levels`` (percent), ``nominal`` (a `Result` to compare),
+            ``axes``, ``title``.
+        A response of a body
+            The names of channels or their beginnings; the largest by default. Each unit has axes of its own.
+        A shock spectrum or a power spectrum
+            ``label`` of the history, ``unit`` of the spectrum or of the history, ``axes``.
+        A linear system
+            ``kind``: ``"bode"``, ``"nyquist"`` or ``"root_locus"``, which closes the loop ``input = -k output``;
+            ``input`` and ``output`` (names; all by default), ``frequency`` (Hz), ``gain`` (the values of k). Of an
+            undamped resonance the peak in a Bode diagram is as high as the frequencies are close.
         A table of modes
             ``axes``: the effective masses of the kept vectors are stacked for each direction.
         A Campbell diagram
@@ -138,8 +149,8 @@ class Plotted:
         Returns
         -------
         object
-            Of results and tables the axes; of the others what pyvista's ``show`` returns: the scene in a notebook,
-            None after a window is closed.
+            Of results and tables the axes, of responses and linear systems a list of axes; of the others what
+            pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
 
         Raises
         ------
@@ -155,7 +166,7 @@ class Plotted:
         >>> t = np.array([0.0, 1.0])
         >>> run = Result(time=t, channels={"a.angle": t**2}, status="done", message="")
         >>> run.plot("a.angle").get_ylabel()
-        'a.angle'
+        'a.angle (rad)'
         """
         return painters().plot(self, *args, **options)
 

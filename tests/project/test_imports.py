@@ -53,8 +53,9 @@ LAYERS = {
     ),
     "report": (
         "terminal", "numbers", "tables", "scene", "pictures", "painter", "viewer", "check_tables",
-        "schema_tables", "mac", "charts", "responses", "strength", "summary", "analysis", "synthesis", "ensemble",
-        "rotor", "body_page", "explain", "correlation", "cyclic", "page", "run_page", "view", "study", "show",
+        "schema_tables", "mac", "charts", "responses", "strength", "summary", "linear", "analysis", "synthesis",
+        "ensemble", "rotor", "body_page", "explain", "correlation", "cyclic", "page", "run_page", "view",
+        "study", "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.columns", "schema.time", "schema.fe",

@@ -11,6 +11,15 @@ from modalprep.multibody.results.result import Result
 matplotlib.use("agg")
 
 
+@pytest.fixture(autouse=True)
+def figures():
+    """Close the figures of each test: pyplot warns of more than twenty."""
+    yield
+    from matplotlib import pyplot
+
+    pyplot.close("all")
+
+
 @pytest.fixture(scope="module")
 def arm():
     return uniform_beam(modes=2)
@@ -100,3 +109,67 @@ def test_tables_become_labelled_arrays(arm):
     frame = arm.modes.to_dataframe()
     assert list(frame.index) == list(range(1, len(arm.modes.kind) + 1))
     assert frame["fraction.y"].to_numpy() == pytest.approx(arm.modes.fraction[:, 1], nan_ok=True)
+
+
+def test_ensembles_show_their_percentiles():
+    values = np.arange(12.0).reshape(3, 4)
+    cases = {"cases": {"a": np.ones(3)}, "time": np.arange(4.0), "channels": {"x": values}, "status": ("done",) * 3}
+    some = mp.ensemble.Ensemble(**cases, message=("",) * 3, end=np.full(3, 3.0), energy_error=np.zeros(3))
+    axes = some.plot("x")
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), values[1])
+    with pytest.raises(mp.InputError, match="no channel 'y'"):
+        some.plot("y")
+
+
+def test_responses_have_axes_for_each_unit(arm):
+    found = mp.response.harmonic_response(arm, {"base.y": 1.0}, np.geomspace(0.1, 10, 30), damping=0.02)
+    force, tip = found.plot("base.force.y", "tip.acceleration")
+    np.testing.assert_array_equal(force.lines[0].get_ydata(), np.abs(found["base.force.y"]))
+    assert [line.get_label() for line in tip.lines] == [f"tip.acceleration.{axis}" for axis in "xyz"]
+    assert found.plot()[0].get_ylabel() == "base.force.y"  # a curve alone
+    assert found.plot("tip.acceleration.x")[0].lines[0].get_ydata().max() < 1e-9  # nothing drives it
+    with pytest.raises(mp.InputError, match=r"no curve 'tip.accelerat'"):
+        found.plot("tip.accelerat")
+
+
+def test_spectra_of_a_channel():
+    time = np.arange(2000) / 1000
+    history = np.stack([np.sin(60 * time), np.cos(90 * time), time], axis=1) * np.exp(-3 * time)[:, None]
+    shock = mp.response.shock_spectrum(time, history, np.geomspace(5, 50, 8))
+    axes = shock.plot(label="tip", unit="m/s²")
+    assert [line.get_label() for line in axes.lines] == ["tip.x", "tip.y", "tip.z"]
+    np.testing.assert_allclose(axes.lines[1].get_ydata(), shock.maximax[:, 1] / 9.80665, rtol=1e-12)  # in g
+    power = mp.response.power_spectrum(time, history[:, 0])
+    line = power.plot(label="tip", unit="N").lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), power.density[1:])  # a logarithmic axis has no 0 Hz
+
+
+def test_diagrams_of_linear_equations():
+    """An oscillator of 1 Hz with 1 % of damping, force to displacement: peak 1 / (2 zeta w^2), -90 degrees there."""
+    w, zeta = 2 * np.pi, 0.01
+    plant = mp.multibody.LinearSystem(
+        A=np.array([[0, 1.0], [-(w**2), -2 * zeta * w]]), B=np.array([[0], [1.0]]), C=np.eye(2), D=np.zeros((2, 1)),
+        states=("x", "v"), inputs=("f",), outputs=("x", "v"),
+    )  # fmt: skip
+    amplitude, phase = plant.plot(output="x")
+    frequency, size = amplitude.lines[0].get_data()
+    assert size.max() == pytest.approx(1 / (2 * zeta * w**2), rel=zeta**2)
+    assert phase.lines[0].get_ydata()[size.argmax()] == pytest.approx(-90, abs=1)
+    assert frequency[size.argmax()] == pytest.approx(1, rel=zeta**2)
+    assert len(plant.plot()[0].lines) == 2
+    circle = plant.plot("nyquist", output="v")[0].lines[0]
+    centre = np.hypot(circle.get_xdata() - 1 / (4 * zeta * w), circle.get_ydata())
+    np.testing.assert_allclose(centre, 1 / (4 * zeta * w), rtol=1e-9)  # mobility is a circle
+    locus = plant.plot("root_locus", output="v", gain=np.linspace(0, 1, 5))[0]
+    np.testing.assert_allclose(locus.lines[0].get_xdata(), -zeta * w - np.linspace(0, 0.5, 5), rtol=1e-9)
+    with pytest.raises(mp.InputError, match="name one of each"):
+        plant.plot("root_locus")
+    with pytest.raises(mp.InputError, match="no output 'y'"):
+        plant.plot(output="y")
+
+
+def test_axes_have_units():
+    run = Result(time=np.arange(3.0), channels={"a.angle": np.ones(3), "b.angle": np.ones(3), "c.tension": np.ones(3)},
+                 status="done", message="")  # fmt: skip
+    assert run.plot("a.angle", "b.angle").get_ylabel() == "a.angle, b.angle (rad)"
+    assert run.plot("a.angle", "c.tension").get_ylabel() == "a.angle (rad), c.tension (N)"

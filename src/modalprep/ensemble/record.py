@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from modalprep.drawing import Plotted
 from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.labelled import labelled
@@ -30,7 +31,7 @@ NOTED = "; "  # between the message of a run and its notes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Ensemble(Record):
+class Ensemble(Record, Plotted):
     """Histories of a system for n cases; NaN after the end of a case, and everywhere in one that failed.
 
     Attributes

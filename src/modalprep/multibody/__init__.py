@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.analysis.inverse_kinematics import InverseKinematics as InverseKinematics
     from modalprep.multibody.analysis.inverse_kinematics import Target as Target
     from modalprep.multibody.analysis.inverse_kinematics import inverse_kinematics as inverse_kinematics
+    from modalprep.multibody.analysis.root_locus import root_locus as root_locus
     from modalprep.multibody.analysis.spin import SpinModes as SpinModes
     from modalprep.multibody.analysis.spin import spin_modes as spin_modes
     from modalprep.multibody.analysis.state_space import LinearSystem as LinearSystem

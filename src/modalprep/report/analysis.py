@@ -16,6 +16,7 @@ from modalprep.multibody.analysis.state_space import LinearSystem
 from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report.charts import plots
 from modalprep.report.charts.figures import Figure, named, save_figure
+from modalprep.report.linear import draw_bode, response_pairs
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table, right_aligned
 
@@ -119,22 +120,14 @@ def response_plot(linear: LinearSystem, frequency: np.ndarray, H: np.ndarray, pa
     """
     figure = Figure(figsize=(9.0, 6.2), layout="constrained")
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    for number, (label, values) in enumerate(_pairs(linear, H)):
-        style = {"linewidth": 2.0, **plots.curve_style(number)}
-        amplitude.plot(frequency, np.abs(values), label=named(label), **style)
-        phase.plot(frequency, np.degrees(np.angle(values)), **style)
-    amplitude.set(xscale="log", yscale="log" if np.all(np.abs(H) > 0) else "linear", ylabel="output per unit input")
-    phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=range(-180, 181, 90))
-    plots.add_head(amplitude, "Frequency response")
-    for axes in (amplitude, phase):
-        plots.plain_axes(axes, grid="both")
+    draw_bode(amplitude, phase, linear, frequency, H)
     return save_figure(figure, path)
 
 
 def write_response(linear: LinearSystem, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
     """Write real and imaginary part of every response over frequency (Hz) as columns of a CSV file."""
     columns = {"frequency": frequency}
-    for label, values in _pairs(linear, H):
+    for label, values in response_pairs(linear, H):
         columns |= {f"{label} re": np.real(values), f"{label} im": np.imag(values)}
     return write_columns(columns, path)
 
@@ -187,11 +180,3 @@ def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path
 def _vibrations(modes: SystemModes, count: int) -> list[complex]:
     """Return the eigenvalues of the lowest `count` modes that vibrate or grow."""
     return [z for z in modes.eigenvalue.tolist() if z.imag > 0 or z.real > 0][:count]
-
-
-def _pairs(linear: LinearSystem, H: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    return [
-        (f"{output} / {given}", H[:, o, i])
-        for o, output in enumerate(linear.outputs)
-        for i, given in enumerate(linear.inputs)
-    ]

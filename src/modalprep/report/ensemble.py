@@ -58,7 +58,20 @@ def band_plot(
     'x.png'
     """
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
-    axes = figure.add_subplot()
+    draw_bands(figure.add_subplot(), ensemble, channel, levels=levels, nominal=nominal, title=title)
+    return save_figure(figure, path)
+
+
+def draw_bands(
+    axes: Axes,
+    ensemble: Ensemble,
+    channel: str,
+    *,
+    levels: Sequence[float] = PERCENTILES,
+    nominal: Result | None = None,
+    title: str = "",
+) -> None:
+    """Draw the chart of `band_plot` into axes."""
     levels = sorted(levels)
     components = ensemble.table([channel])
     for number, name in enumerate(components):
@@ -82,7 +95,6 @@ def band_plot(
     plots.add_head(axes, title or f"{channel} of {len(ensemble)} cases{drawn}")
     plots.plain_axes(axes, grid="both")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-4, 8), useOffset=False)
-    return save_figure(figure, path)
 
 
 def _bands(axes: Axes, ensemble: Ensemble, name: str, levels: Sequence[float], colour: str, *, several: bool) -> None:

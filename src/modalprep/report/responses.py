@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -146,16 +146,44 @@ def response_plot(response: Response, path: str | Path) -> Path:
     >>> response_plot(_example(), Path(tempfile.mkdtemp()) / "r.png").name
     'r.png'
     """
-    panels = _panels(response)
+    panels = largest_panels(response)
     figure = Figure(figsize=(9.0, 0.8 + 3.2 * max(1, len(panels))), layout="constrained")
-    all_axes = figure.subplots(max(1, len(panels)), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (unit, names) in zip(all_axes, panels.items(), strict=False):
-        _panel(axes, response, unit, names)
-    all_axes[-1].set_xlabel("time (s)" if response.kind == "transient" else "frequency (Hz)")
+    axes = figure.subplots(max(1, len(panels)), 1, sharex=True, squeeze=False)[:, 0]
+    draw_response(list(axes), response, panels)
     return save_figure(figure, path)
 
 
-def _panels(response: Response) -> dict[str, list[str]]:
+def draw_response(all_axes: Sequence[Axes], response: Response, panels: Mapping[str, list[str]]) -> None:
+    """Draw the channels of each unit into axes of their own."""
+    for axes, (unit, names) in zip(all_axes, panels.items(), strict=False):
+        _panel(axes, response, unit, names)
+    all_axes[-1].set_xlabel("time (s)" if response.kind == "transient" else "frequency (Hz)")
+
+
+def chosen_panels(response: Response, channels: Sequence[str]) -> dict[str, list[str]]:
+    """Return channels by unit: those with these names or beginnings, in their order.
+
+    Raises
+    ------
+    InputError
+        When there is no such curve.
+
+    Examples
+    --------
+    >>> chosen_panels(_example(), ["tip"])
+    {'m/s^2': ['tip.acceleration.x']}
+    """
+    panels: dict[str, list[str]] = {}
+    for channel in channels:
+        inside = [name for name in response.names if name == channel or name.startswith(f"{channel}.")]
+        if not inside:
+            response[channel]  # says which there are
+        for name in inside:
+            panels.setdefault(response.units[response.names.index(name)], []).append(name)
+    return panels
+
+
+def largest_panels(response: Response) -> dict[str, list[str]]:
     """Return the channels to draw by unit: of each component its largest, the largest first."""
     found: dict[str, list[Peak]] = {}
     for peak in notable(response.worst()):
@@ -185,7 +213,8 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
         plain_decades(axes.xaxis)
         largest = max(float(values.max()) for values in (*curves, *steady))
         bottom = max(1e-6 * largest, 0.5 * min(map(_smallest, curves)))
-        axes.set_ylim(bottom, 2 * largest)
+        if largest > 0:
+            axes.set_ylim(bottom, 2 * largest)
         axes.yaxis.set_major_formatter(LogFormatterSciNotation() if random else FuncFormatter(_decade(shown)))
         shown = shown if random or shown not in PREFIXED else ""
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +14,11 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.drawing import Animated, Film, Page, Plotted, Viewed
+from modalprep.ensemble.record import PERCENTILES, Ensemble
 from modalprep.errors import InputError, RenderError
 from modalprep.extras import need
+from modalprep.multibody.analysis.root_locus import root_locus
+from modalprep.multibody.analysis.state_space import LinearSystem, frequency_response
 from modalprep.multibody.model.system import System
 from modalprep.multibody.preparation import start_channels
 from modalprep.multibody.results.result import Result
@@ -26,15 +29,31 @@ from modalprep.report.charts.figures import show_verbatim
 from modalprep.report.charts.mass_chart import draw_effective_mass
 from modalprep.report.charts.plots import draw_histories
 from modalprep.report.cyclic import draw_cyclic
+from modalprep.report.ensemble import draw_bands
+from modalprep.report.linear import (
+    chosen_loop,
+    draw_bode,
+    draw_nyquist,
+    draw_root_locus,
+    telling_frequencies,
+    telling_gains,
+)
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.render import PICTURE, drawing_problem, mesh_scene, mode_scene
 from modalprep.report.pictures.system_animation import animate_system
+from modalprep.report.responses import chosen_panels, draw_response, largest_panels
 from modalprep.report.rotor import draw_campbell
+from modalprep.report.run_page.channels import channel_unit
 from modalprep.report.scene.record import Scene, scene_of
 from modalprep.report.scene.style import FilmStyle
 from modalprep.report.scene.system import SystemScene
+from modalprep.report.strength import draw_power, draw_shock, split_shock
 from modalprep.report.view.page import view_body, view_run, view_still
+from modalprep.response.power import PowerSpectrum
+from modalprep.response.result import Response
+from modalprep.response.shock import ShockSpectrum
 from modalprep.suggest import refuse_unknown
+from modalprep.vectors import VectorLike
 
 if TYPE_CHECKING:
     import pyvista
@@ -42,6 +61,7 @@ if TYPE_CHECKING:
 
 WINDOW = (1000, 750)
 FILMS = ("webp", "gif")
+DIAGRAMS = ("bode", "nyquist", "root_locus")
 
 
 @singledispatch
@@ -90,9 +110,90 @@ def _plot_system(system: System, run: Result | None = None, *, time: float | Non
 @plot.register(Result)
 def _plot_histories(run: Result, *channels: str, axes: Axes | None = None, title: str = "", ylabel: str = "") -> Axes:
     axes = axes or _axes((9.0, 5.0))
-    draw_histories(axes, {"run": run}, channels, title=title, ylabel=ylabel)
+    draw_histories(axes, {"run": run}, channels, title=title, ylabel=ylabel or _with_units(run, channels))
     show_verbatim(axes)
     return axes
+
+
+def _with_units(run: Result, channels: Sequence[str]) -> str:
+    """Return the names of channels with their units, one unit for all that have the same."""
+    units = [channel_unit(run, name) for name in channels]
+    if len(set(units)) == 1 and units[0]:
+        return f"{', '.join(channels)} ({units[0]})"
+    return ", ".join(f"{name} ({unit})" if unit else name for name, unit in zip(channels, units, strict=True))
+
+
+@plot.register(Ensemble)
+def _plot_bands(
+    ensemble: Ensemble,
+    channel: str,
+    *,
+    levels: Sequence[float] = PERCENTILES,
+    nominal: Result | None = None,
+    axes: Axes | None = None,
+    title: str = "",
+) -> Axes:
+    axes = axes or _axes((9.0, 5.0))
+    draw_bands(axes, ensemble, channel, levels=levels, nominal=nominal, title=title)
+    show_verbatim(axes)
+    return axes
+
+
+@plot.register(Response)
+def _plot_response(response: Response, *channels: str) -> list[Axes]:
+    panels = chosen_panels(response, channels) if channels else largest_panels(response)
+    if not panels:
+        raise InputError("nothing to plot: the response has no curve that is more than round-off")
+    all_axes = _panels((9.0, 0.8 + 3.2 * len(panels)), [1.0] * len(panels))
+    draw_response(all_axes, response, panels)
+    _verbatim(all_axes)
+    return all_axes
+
+
+@plot.register(ShockSpectrum)
+def _plot_shock(spectrum: ShockSpectrum, *, label: str = "", unit: str = "", axes: Axes | None = None) -> Axes:
+    axes = axes or _axes((9.0, 4.4))
+    spectra = split_shock(spectrum, label)
+    draw_shock(axes, spectra, dict.fromkeys(spectra, unit))
+    show_verbatim(axes)
+    return axes
+
+
+@plot.register(PowerSpectrum)
+def _plot_power(spectrum: PowerSpectrum, *, label: str = "", unit: str = "", axes: Axes | None = None) -> Axes:
+    axes = axes or _axes((9.0, 4.4))
+    draw_power(axes, spectrum, label, unit)
+    show_verbatim(axes)
+    return axes
+
+
+@plot.register(LinearSystem)
+def _plot_linear(
+    linear: LinearSystem,
+    kind: str = "bode",
+    *,
+    input: str | None = None,
+    output: str | None = None,
+    frequency: VectorLike | None = None,
+    gain: VectorLike | None = None,
+) -> list[Axes]:
+    refuse_unknown(kind, DIAGRAMS, "plot: kind")
+    loop = chosen_loop(linear, input, output)
+    at = telling_frequencies(loop) if frequency is None else np.asarray(frequency, dtype=float)
+    if kind == "bode":
+        response = frequency_response(loop, at)
+        all_axes = _panels((9.0, 6.2), [2.0, 1.0])
+        draw_bode(all_axes[0], all_axes[1], loop, at, response)
+    elif kind == "nyquist":
+        all_axes = _panels((7.0, 7.0), [1.0])
+        draw_nyquist(all_axes[0], loop, at)
+    else:
+        gains = telling_gains(loop) if gain is None else np.asarray(gain, dtype=float)
+        branches = root_locus(loop, gains)
+        all_axes = _panels((9.0, 6.2), [1.0])
+        draw_root_locus(all_axes[0], loop, gains, branches)
+    _verbatim(all_axes)
+    return all_axes
 
 
 @plot.register(ModeTable)
@@ -121,6 +222,19 @@ def _axes(size: tuple[float, float]) -> Axes:
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=size, layout="constrained").add_subplot()
+
+
+def _panels(size: tuple[float, float], heights: Sequence[float]) -> list[Axes]:
+    """Return axes below each other, of these shares of the height, of a new figure of pyplot."""
+    from matplotlib import pyplot
+
+    figure = pyplot.figure(figsize=size, layout="constrained")
+    return list(figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0])
+
+
+def _verbatim(all_axes: Sequence[Axes]) -> None:
+    for axes in all_axes:
+        show_verbatim(axes)
 
 
 @singledispatch

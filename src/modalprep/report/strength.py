@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from modalprep.multibody.results.result import component_names
 from modalprep.report.charts.figures import Axes, Figure, named, save_figure
 from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, curve_style, label_beyond, plain_axes
 from modalprep.report.numbers import number, quantity, shown_unit
@@ -17,6 +18,7 @@ from modalprep.report.tables import hertz
 from modalprep.report.terminal import print_rows
 from modalprep.response.fatigue import Fatigue
 from modalprep.response.limits import NotchedInput
+from modalprep.response.power import PowerSpectrum
 from modalprep.response.shock import ShockSpectrum
 
 NOTCH = ("from", "to", "deepest at", "depth", "ruled by")  # columns of `notch_rows`
@@ -163,16 +165,50 @@ def shock_plot(spectra: Mapping[str, ShockSpectrum], units: Mapping[str, str], p
     's.png'
     """
     figure = Figure(figsize=(9.0, 4.4), layout="constrained")
-    axes = figure.add_subplot()
+    draw_shock(figure.add_subplot(), spectra, units)
+    return save_figure(figure, path)
+
+
+def draw_shock(axes: Axes, spectra: Mapping[str, ShockSpectrum], units: Mapping[str, str]) -> None:
+    """Draw the chart of `shock_plot` into axes."""
     for k, (name, one) in enumerate(spectra.items()):
         factor, _ = shown_unit(units[name].replace("²", "^2"))
         axes.plot(one.frequency, factor * one.maximax, linewidth=1.8, label=named(name), **curve_style(k))
     first = next(iter(spectra.values()))
     axes.set_xlabel("frequency of the oscillator (Hz)")
     unit = ", ".join(dict.fromkeys(shown_unit(unit.replace("²", "^2"))[1] for unit in units.values()))
-    axes.set_ylabel(f"{first.kind.replace('_', ' ')}, Q = {first.Q:g} ({unit})")
+    axes.set_ylabel(f"{first.kind.replace('_', ' ')}, Q = {first.Q:g}" + (f" ({unit})" if unit else ""))
     _logarithmic(axes, first.frequency, "" if len(spectra) > 1 else next(iter(spectra)))
-    return save_figure(figure, path)
+
+
+def split_shock(spectrum: ShockSpectrum, label: str = "") -> dict[str, ShockSpectrum]:
+    """Return the spectrum of each column of a history, by the label and the component.
+
+    Examples
+    --------
+    >>> three = ShockSpectrum(frequency=np.ones(1), positive=np.ones((1, 3)), negative=np.ones((1, 3)),
+    ...                       kind="pseudo_velocity", Q=10.0)
+    >>> list(split_shock(three, "tip"))
+    ['tip.x', 'tip.y', 'tip.z']
+    """
+    if spectrum.positive.ndim == 1:
+        return {label: spectrum}
+    both = zip(spectrum.positive.T, spectrum.negative.T, strict=True)
+    names = component_names(label, spectrum.positive.shape[1])
+    found = {name: spectrum.with_(positive=up, negative=down) for name, (up, down) in zip(names, both, strict=True)}
+    return {f"{label}.{name}".removeprefix("."): one for name, one in found.items()}
+
+
+def draw_power(axes: Axes, spectrum: PowerSpectrum, label: str = "", unit: str = "") -> None:
+    """Draw a power spectral density; `unit` is that of the history."""
+    columns = spectrum.density.reshape(len(spectrum.frequency), -1)
+    names = [label] if spectrum.density.ndim == 1 else component_names(label, columns.shape[1])
+    factor, shown = shown_unit(unit.replace("²", "^2"))
+    for k, (name, density) in enumerate(zip(names, columns.T, strict=True)):
+        axes.plot(spectrum.frequency[1:], factor**2 * density[1:], linewidth=1.8, label=named(name), **curve_style(k))
+    axes.set_xlabel("frequency (Hz)")
+    axes.set_ylabel(f"power spectral density ({squared(shown.replace('^2', '²')) if unit else 'unit²/Hz'})")
+    _logarithmic(axes, spectrum.frequency[1:], label)
 
 
 def _logarithmic(axes: Axes, frequency: np.ndarray, title: str = "") -> None:

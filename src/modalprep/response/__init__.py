@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from modalprep.response.limits import quasi_static_limit as quasi_static_limit
     from modalprep.response.modal import ModalEquations as ModalEquations
     from modalprep.response.modal import modal_equations as modal_equations
+    from modalprep.response.power import PowerSpectrum as PowerSpectrum
+    from modalprep.response.power import power_spectrum as power_spectrum
     from modalprep.response.random import random_response as random_response
     from modalprep.response.result import Peak as Peak
     from modalprep.response.result import Response as Response

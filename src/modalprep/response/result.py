@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.recovery import VON_MISES
+from modalprep.drawing import Plotted
 from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.response.channels import MOST, Block, channel_name
@@ -64,7 +65,7 @@ class Peak(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Response(Record):
+class Response(Record, Plotted):
     """Channels of a body over an axis of frequency or time (`modalprep.response` says how they are named).
 
     Attributes

@@ -7,6 +7,7 @@ from types import ModuleType
 
 import numpy as np
 
+from modalprep.drawing import Plotted
 from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.records import Record
@@ -26,7 +27,7 @@ QUIET = 0.05  # of the largest value: what a history may start or end with befor
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ShockSpectrum(Record):
+class ShockSpectrum(Record, Plotted):
     """The largest responses of damped oscillators whose base follows a history.
 
     Attributes

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from modalprep.drawing import Plotted
 from modalprep.errors import InputError
 from modalprep.extras import need
 from modalprep.records import Record
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LinearSystem(Record):
+class LinearSystem(Record, Plotted):
     """``z' = A z + B i``, ``o = C z + D i`` with the names of states z, inputs i and outputs o.
 
     Attributes
