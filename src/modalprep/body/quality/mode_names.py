@@ -168,8 +168,10 @@ def _mirrors(points: np.ndarray) -> dict[str, np.ndarray]:
             continue
         image = points.copy()
         image[:, axis] = low[axis] + high[axis] - image[:, axis]
-        distance, node = tree.query(image)
-        if np.mean(distance <= SAME * size) > 0.99:
+        node = tree.query(image, distance_upper_bound=SAME * size)[1]  # without a bound, those far from all are slow
+        alone = node == len(points)
+        if np.mean(alone) < 0.01:
+            node[alone] = tree.query(image[alone])[1]
             found["".join(AXES[k] for k in range(3) if k != axis)] = node
     return found
 
