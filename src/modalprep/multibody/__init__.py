@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.rotors.campbell import Campbell as Campbell
     from modalprep.multibody.rotors.campbell import CriticalSpeed as CriticalSpeed
     from modalprep.multibody.rotors.campbell import campbell as campbell
+    from modalprep.multibody.rotors.squeeze_film import squeeze_film_damper as squeeze_film_damper
     from modalprep.multibody.rotors.unbalance import UnbalanceResponse as UnbalanceResponse
     from modalprep.multibody.rotors.unbalance import unbalance_response as unbalance_response
     from modalprep.multibody.rotors.whirl import WhirlModes as WhirlModes

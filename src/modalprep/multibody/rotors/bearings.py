@@ -200,14 +200,31 @@ def short_journal_bearing(
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     sizes = {"load": load, "length": length, "diameter": diameter, "clearance": clearance, "viscosity": viscosity}
-    for name, value in {"speed": speeds.min(), **sizes}.items():
-        if not value > 0:
-            raise InputError(f"a journal bearing needs a positive {name}, not {value:g}")
+    refuse_not_positive("a journal bearing", {"speed": float(speeds.min()), **sizes})
     modified = diameter * speeds * viscosity * length**3 / (8 * load * clearance**2)
     units = [_unit_coefficients(_eccentricity(each)) for each in modified.tolist()]
     K = load / clearance * np.array([stiffness for stiffness, _ in units])
     C = load / clearance * np.array([damping / w for (_, damping), w in zip(units, speeds, strict=True)])
     return BearingCoefficients(speed=speeds, stiffness=K, damping=C)
+
+
+def refuse_not_positive(what: str, values: dict[str, float]) -> None:
+    """Refuse the first of named values that is not above zero, and finite.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> refuse_not_positive("a bearing", {"load": 0.0})
+    Traceback (most recent call last):
+    ...
+    modalprep.errors.InputError: a bearing needs a positive load, not 0
+    """
+    for name, value in values.items():
+        if not 0 < value < np.inf:
+            raise InputError(f"{what} needs a positive {name}, not {value:g}")
 
 
 def _eccentricity(modified: float) -> float:
