@@ -244,7 +244,7 @@ def test_channels_of_loaded_trees(seed):
     o = Observed(system, random_state(system, seed))
     agrees_with_the_dense_reference(o)
     power = dense_loads(system, o.packed, o.y, o.motion, T).power
-    damped = sum(s.body.D @ s.qd**2 for s in o.states.values())
+    damped = sum(s.qd @ s.body.damping_matrix @ s.qd for s in o.states.values())
     driven = sum(  # power of the prescribed hinges
         o.found[f"{j.name}.drive"] * o.found[f"{j.name}.{'rate' if j.type == 'revolute' else 'speed'}"]
         for j in system.joints
