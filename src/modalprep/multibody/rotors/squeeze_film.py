@@ -63,8 +63,10 @@ def squeeze_film_damper(
 
     Examples
     --------
-    >>> film = {"length": 0.02, "diameter": 0.1, "clearance": 1e-4, "viscosity": 0.01}
-    >>> K, C = squeeze_film_damper([500.0], eccentricity=0.5, **film).at(500.0)
+    >>> film = squeeze_film_damper(
+    ...     [500.0], length=0.02, diameter=0.1, clearance=1e-4, viscosity=0.01, eccentricity=0.5
+    ... )
+    >>> K, C = film.at(500.0)
     >>> bool(np.isclose(C[0, 0], 0.5 * np.pi * 0.01 * 0.05 * (0.02 / 1e-4) ** 3 / 0.75**1.5))
     True
     >>> bool(np.isclose(K[0, 0], 500 * 0.01 * 0.05 * (0.02 / 1e-4) ** 3 / 0.75**2))
