@@ -15,6 +15,7 @@ from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.blas import one_numpy_thread
+from modalprep.linalg.congruent import bound
 from modalprep.linalg.modes import DENSE
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import Clamped, clamp
@@ -117,7 +118,7 @@ def _unbalanced(model: FEModel, reduction: Reduction) -> float:
     loose = reduction.basis[:, reduction.frequency == 0]  # mechanisms balance their load by inertia
     loads = reduction.loads - model.M @ (loose @ (loose.T @ reduction.loads))
     force = model.C.T @ (model.K @ reduction.static - loads)
-    terms = abs(model.C).T @ (abs(model.K) @ np.abs(reduction.static) + np.abs(loads))
+    terms = abs(model.C).T @ (bound(model.K, reduction.static) + np.abs(loads))
     force[np.searchsorted(model.free, model.interfaces[0].dofs)] = 0.0
     return float(np.max(np.abs(force).max(axis=0) / np.maximum(terms.max(axis=0), TINY), initial=0.0))
 

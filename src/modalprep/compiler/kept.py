@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 import zlib
+from functools import cache
 from typing import Any
 
 WANTED = os.environ.get("MODALPREP_KEEP_CODE", "0") not in ("", "0")
@@ -17,15 +18,13 @@ FAST = 1  # of zlib: a tenth of the size
 SYMBOL = re.compile(r"(?<![\w.$])_ZN[\w.$]+")  # of numba
 _code: dict[str, bytes] = {}  # compressed, of each kernel by its symbol
 _names: dict[str, str] = {}  # symbols by other names, by which code of the cache knows them
-_keeping: list[bool] = []
 
 
+@cache
 def keep_code() -> None:
     """Let numba keep LLVM's code of every kernel from now on, and in its cache."""
-    if _keeping:
-        return
-    _keeping.append(True)
-    from modalprep.compiler import cache, linking
+    from modalprep.compiler import linking
+    from modalprep.compiler.cache import KernelCache
 
     compile_kernel, alias = linking.KernelCompiler._compile_kernel, linking._alias
     reduce, rebuild = linking.LinkedCode.reduce, linking.LinkedCode.rebuild
@@ -55,7 +54,7 @@ def keep_code() -> None:
     linking.KernelCompiler._compile_kernel = compiled
     cached: Any = linking.LinkedCode
     cached.reduce, cached.rebuild = reduced, rebuilt
-    files: Any = cache.KernelCache
+    files: Any = KernelCache
     index_key = files._index_key
     files._index_key = lambda self, *given: (*index_key(self, *given), "with LLVM's code")
 

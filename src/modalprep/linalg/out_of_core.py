@@ -6,11 +6,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.congruent import Congruent, row_blocks
+from modalprep.linalg.congruent import Congruent
 from modalprep.linalg.forecast import Forecast, TooLarge, no_room, tell
 from modalprep.linalg.memory import available_memory, give_back
 from modalprep.linalg.mumps import Mumps, room
-from modalprep.linalg.pardiso import LackOfMemory, equilibrium
+from modalprep.linalg.pardiso import LackOfMemory, equilibrium, upper
 from modalprep.linalg.sparse import times
 
 AT_A_TIME = 32  # right-hand sides, for each of which the whole factor is read
@@ -125,21 +125,6 @@ class OutOfCoreFactor:
 
 def _triangle(A: csr_array | Congruent, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return rows and columns, counted from 1, and entries of the scaled upper triangle."""
-    rows: list[np.ndarray] = []
-    columns: list[np.ndarray] = []
-    entries: list[np.ndarray] = []
-    for first, part in row_blocks(A):
-        row, column = part.tocoo().coords
-        row = (row + first).astype(np.int32)
-        inside = column >= row
-        rows.append(row[inside] + 1)
-        columns.append(column[inside].astype(np.int32) + 1)
-        entries.append((part.data * scale[row] * scale[column])[inside])
-    return _joined(rows), _joined(columns), _joined(entries)
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Return arrays one after the other, and empty the list that has held them."""
-    found = np.concatenate(parts)
-    parts.clear()
-    return found
+    entries, starts, columns = upper(A, scale, np.float64)
+    columns += 1
+    return np.repeat(np.arange(1, len(starts), dtype=np.int32), np.diff(starts)), columns, entries

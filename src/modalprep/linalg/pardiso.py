@@ -8,14 +8,13 @@ solving.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator
 from contextlib import suppress
 from ctypes import CDLL, byref, c_int32
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from modalprep.linalg.congruent import Congruent, stored
+from modalprep.linalg.congruent import Congruent, row_blocks
 from modalprep.linalg.forecast import Forecast, TooLarge, no_room, tell
 from modalprep.linalg.memory import available_memory, give_back
 from modalprep.linalg.onemkl import SYMMETRIC_INDEFINITE, address, installed_library
@@ -32,7 +31,6 @@ PIVOT = (
 )
 PEAK, PERMANENT, FACTOR, NEGATIVE = 14, 15, 16, 22  # it reports: kB, kB, kB, pivots
 PERTURBED = 13  # it reports: pivots
-ROWS = 100_000  # of a matrix at a time
 
 
 class LackOfMemory(MemoryError):
@@ -116,7 +114,7 @@ class PardisoFactor:
     def _factorise(self) -> None:
         give_back()
         free = available_memory()
-        matrix = upper(stored(self._A), self._scale, self._dtype)
+        matrix = upper(self._A, self._scale, self._dtype)
         self._matrix: tuple[np.ndarray | None, ...] = matrix
         del matrix
         self._analyse(free)
@@ -196,32 +194,31 @@ def _release(mkl: CDLL, handle: np.ndarray, options: np.ndarray) -> None:
         _pardiso(mkl, handle, options, RELEASE, 0)
 
 
-def upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def upper(A: csr_array | Congruent, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Entries, row starts and columns of the scaled upper triangle, sorted as the library wants them."""
-    A.sort_indices()
-    n = A.shape[0]
-    starts = np.zeros(n + 1, dtype=np.int64)
-    for first, keep, rows in _upper_rows(A):
-        starts[first + 1 : first + 1 + ROWS] = np.bincount(rows[keep], minlength=min(ROWS, n - first))
-    if not np.all(starts[1:]):
+    if not isinstance(A, Congruent):
+        A.sort_indices()
+    counts: list[np.ndarray] = []
+    columns: list[np.ndarray] = []
+    entries: list[np.ndarray] = []
+    for first, part in row_blocks(A):
+        row = np.repeat(np.arange(first, first + part.shape[0]), np.diff(part.indptr))
+        keep = part.indices >= row
+        row, column = row[keep], part.indices[keep]
+        counts.append(np.bincount(row - first, minlength=part.shape[0]))
+        columns.append(column.astype(np.int32))
+        entries.append((part.data[keep] * scale[row] * scale[column]).astype(dtype))
+    starts = np.cumsum([0, *_joined(counts)])
+    if not np.all(np.diff(starts)):
         raise ValueError("it has an empty row")  # which the library does not survive
-    starts = np.cumsum(starts)
-    entries = np.empty(starts[-1], dtype=dtype)
-    columns = np.empty(starts[-1], dtype=np.int32)
-    for first, keep, rows in _upper_rows(A):
-        own = slice(A.indptr[first], A.indptr[min(first + ROWS, n)])
-        to = slice(starts[first], starts[min(first + ROWS, n)])
-        columns[to] = A.indices[own][keep]
-        entries[to] = A.data[own][keep] * scale[first + rows[keep]] * scale[columns[to]]
-    return entries, starts.astype(np.int32), columns
+    return _joined(entries), starts.astype(np.int32), _joined(columns)
 
 
-def _upper_rows(A: csr_array) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield, for some rows at a time: the first, which of their entries are of the upper triangle, and their rows."""
-    for first in range(0, A.shape[0], ROWS):
-        ends = A.indptr[first : first + ROWS + 1]
-        rows = np.repeat(np.arange(len(ends) - 1, dtype=np.int32), np.diff(ends))
-        yield first, A.indices[ends[0] : ends[-1]] >= first + rows, rows
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """Return arrays one after the other, and empty the list that has held them."""
+    found = np.concatenate(parts)
+    parts.clear()
+    return found
 
 
 def equilibrium(A: Matrix) -> np.ndarray:

@@ -114,11 +114,12 @@ def draw_nyquist(axes: Axes, linear: LinearSystem, frequency: np.ndarray) -> Non
     axes.plot(-1, 0, "+", color=plots.INK, markersize=11, markeredgewidth=1.8)
     axes.set(xlabel="real part of output per input", ylabel="imaginary part")
     title = "Nyquist diagram"
-    if unlimited(linear):
+    cut = unlimited(linear)
+    if cut:
         limit = CUT * max(1.0, float(np.median(np.abs(responses))))
         axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
         title += f", cut at {limit:.3g}: a pole is undamped"
-    axes.set_aspect("equal", adjustable="datalim" if not unlimited(linear) else "box")
+    axes.set_aspect("equal", adjustable="box" if cut else "datalim")
     plots.add_head(axes, title)
     plots.plain_axes(axes, grid="both")
 

@@ -352,7 +352,7 @@ class Packing:
         return MAGIC + token.encode().ljust(TOKEN, b"\0") + body, token
 
     def _sine(self, eq: Equations) -> int:
-        """Return the place of how near closed loops came to a singular position."""
+        """Return the address in the image of the sine that tells how near closed loops came to a singular position."""
         return 0 if eq.work is None else self.image.of(eq.work.least_sine)
 
     def _slopes(self) -> tuple[list[np.ndarray], list[int]]:

@@ -42,11 +42,11 @@ class Compliance:
             rate_slopes(self.rows, own.packed.model, self.data, y.copy(), still, own.t, self.work, found)
         return found
 
-    def matrix(self, y: np.ndarray, by_stiffness: float, by_damping: float) -> np.ndarray:
-        """Return what they add to the matrix (nu, nu) of a stage, with factors of stiffness and damping."""
+    def matrices(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (nu, nu) of their force by the increments of places and of rates."""
         G = self.slopes(y)
-        rows = G.T @ ((by_stiffness * self.stiffness + by_damping * self.damping)[:, None] * G)
-        return rows + by_damping * self.evaluator.packed.dampers
+        by_rates = G.T @ (self.damping[:, None] * G) + self.evaluator.packed.dampers
+        return G.T @ (self.stiffness[:, None] * G), by_rates
 
     def force(self, y: np.ndarray, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Return their force (nu,) at increments `place` and `rate` (nu,)."""

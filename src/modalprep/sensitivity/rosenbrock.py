@@ -30,17 +30,18 @@ class Stage:
         K0, D0 = linear
         closed, rows = model.constrained(Y, step.at(c))
         springs = model.compliance
-        M = model.evaluator.mass(Y) + np.diag(wide * D0 + wide**2 * K0) + springs.matrix(Y, wide**2, wide)
+        self.by_places, self.by_rates = springs.matrices(Y)
+        M = model.evaluator.mass(Y) + np.diag(wide * D0 + wide**2 * K0)
+        M += wide**2 * self.by_places + wide * self.by_rates
         by_force, by_rows = saddle_inverse(M, rows)
-        push = model.evaluator.required(Y, np.zeros(model.nu)) + D0 * rate + K0 * place + springs.force(Y, place, rate)
+        push = model.evaluator.required(Y, np.zeros(model.nu)) + D0 * rate + K0 * place
+        push += self.by_places @ place + self.by_rates @ rate
         self.k = by_rows @ closed - by_force @ push
         self.by_linear = np.array([place + wide**2 * self.k, rate + wide * self.k])  # the residual by K_0 and D_0
-        more = np.sum(linear * self.by_linear, axis=0) + springs.force(Y, *self.by_linear)
-        self.local = Local(model, Y, step.at(c), self.k, more)
+        more = self.by_places @ self.by_linear[0] + self.by_rates @ self.by_linear[1]
+        self.local = Local(model, Y, step.at(c), self.k, more + np.sum(linear * self.by_linear, axis=0))
         self.local.K = self.local.K + springs.force_slopes(Y, *self.by_linear)
         self.by_force, self.by_rows = saddle_inverse(M, self.local.rows.slopes.G if self.local.rows else None)
-        self.by_places = springs.matrix(Y, 1.0, 0.0)
-        self.by_rates = springs.matrix(Y, 0.0, 1.0)
         self.springs_p = model.compliance_slopes(Y, *self.by_linear)
         self.speed = own + wide * self.k
         self.kinematics: Kinematics = model.layout.kinematics(np.concatenate([Y[:nx], self.speed]))
